@@ -52,11 +52,6 @@ class Car:
             return float(np.sqrt(self.spring / self.sprung) / (2.0 * np.pi))
         return float(np.sqrt((self.spring + self.tyre) / self.unsprung) / (2.0 * np.pi))
 
-    @property
-    def least_mass(self) -> float:
-        """The mass that the damper's force moves first, in kg."""
-        return self.sprung if self.unsprung == 0.0 else self.sprung * self.unsprung / (self.sprung + self.unsprung)
-
 
 @dataclass(frozen=True)
 class Control:

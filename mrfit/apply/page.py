@@ -1,7 +1,20 @@
 """The facts of a damper that the pages of ``mrfit apply`` begin with."""
 
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias, TypeVar
+
 from mrfit.apply.damper import Damper
 from mrfit.report.numbers import significant
+from mrfit.report.sections import Table
+
+Row = TypeVar("Row")
+Columns: TypeAlias = dict[str, Callable[[Row], Any]]
+"""A table's columns: head -> the cell of a row."""
+
+
+def table_of(caption: str, columns: Mapping[str, Callable[[Row], Any]], rows: Sequence[Row]) -> Table:
+    """Return a table of rows."""
+    return Table(caption, list(columns), [[of(row) for of in columns.values()] for row in rows])
 
 
 def facts_of(damper: Damper) -> list[tuple[str, str]]:

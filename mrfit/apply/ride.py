@@ -114,32 +114,16 @@ class QuarterCar:
     @property
     def document(self) -> QuarterCarFile:
         """All but the courses, as its file has it."""
-        car, timing = self.car, self.timing
         return QuarterCarFile(
             fit=self.damper.name,
             damper=DamperEntry(**asdict(self.damper)),
-            car=CarEntry(
-                sprung=car.sprung,
-                unsprung=car.unsprung,
-                spring=car.spring,
-                tyre=car.tyre,
-                tyre_damping=car.tyre_damping,
-            ),
-            timing=TimingEntry(sample=timing.sample, steps=timing.steps, soft=timing.soft, until=timing.until),
+            car=CarEntry(**asdict(self.car)),
+            timing=TimingEntry(**asdict(self.timing)),
             amplifier=AmplifierEntry(**asdict(self.amplifier)),
-            controls=[ControlEntry(name=c.name, damping=c.damping, share=c.share) for c in self.controls],
+            controls=[ControlEntry(**asdict(c)) for c in self.controls],
             roads=[{"name": r.name, **asdict(r)} for r in self.roads],  # type: ignore[call-overload]
             rows=list(self.rows),
-            checks=[
-                CheckRow(
-                    control=name,
-                    acceleration=check.acceleration,
-                    evaluations=check.evaluations,
-                    ended=check.ended,
-                    duration=check.duration,
-                )
-                for name, check in self.checks
-            ],
+            checks=[CheckRow(control=name, **asdict(check)) for name, check in self.checks],
             findings=self.findings,
         )
 

@@ -1,7 +1,8 @@
 """What the commands of ``mrfit apply`` leave in a workspace: ``apply/``, a page and the numbers behind it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,15 +11,24 @@ import numpy as np
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.inverse import FLAGS
 from mrfit.apply.motion import Motion
-from mrfit.apply.page import facts_of
+from mrfit.apply.page import Columns, facts_of, table_of
 from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
 from mrfit.apply.solving import REACHED
 from mrfit.apply.tested import Moved, beyond_tests
-from mrfit.apply.tracking import TrackingStudy
+from mrfit.apply.tracking import Tracking, TrackingStudy
 from mrfit.core.specs import Array
-from mrfit.io.schemas.apply import INVERT, QUARTER_CAR, TRACK, InversionRow, InvertFile, QuarterCarFile, TrackFile
+from mrfit.io.schemas.apply import (
+    INVERT,
+    QUARTER_CAR,
+    TRACK,
+    InversionRow,
+    InvertFile,
+    QuarterCarFile,
+    RideRow,
+    TrackFile,
+)
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
 from mrfit.report.sections import Drawn, Section, Table, render
@@ -66,14 +76,9 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
     return write(work, InvertFile(fit=first.damper.name, motions=rows, notes=notes), page, tables)
 
 
-def if_lagging(there: bool, *entry: str) -> tuple[str, ...]:
-    """Return the entry of a table's column on the current's lag, none where the damper has no lag."""
-    return entry if there else ()
-
-
-def lag_text(lag: bool) -> str:
-    """Return whether the current lagged in a row of a table."""
-    return "yes" if lag else "0"
+def lag_column(there: bool) -> dict[str, Callable[[Any], Any]]:
+    """Return a table's column on the current's lag, none where the damper has no lag."""
+    return {"lag": lambda row: "yes" if row.lag else "0"} if there else {}
 
 
 def notes_of(one: Inversion) -> list[str]:
@@ -95,26 +100,19 @@ def notes_of(one: Inversion) -> list[str]:
 
 def _shares(motions: Sequence[InversionRow], output: str) -> Table:
     unit = "N" if output == "force" else "N·m"
-    heads = (
-        "motion",
-        "samples",
-        *(f"{n} (%)" for n in FLAGS.values()),
-        "limited (%)",
-        f"greatest error where reached ({unit})",
-        f"rms error ({unit})",
-    )
-    rows = [
-        (
-            row.motion,
-            row.samples,
-            *(100.0 * row.shares[n] for n in FLAGS.values()),
-            100.0 * row.limited,
-            row.greatest_error_where_reached,
-            row.rms_error,
-        )
-        for row in motions
-    ]
-    return Table("Desired forces: reached, saturated, or held back by coil and amplifier", heads, rows)
+    columns: Columns[InversionRow] = {
+        "motion": lambda row: row.motion,
+        "samples": lambda row: row.samples,
+        **{f"{n} (%)": partial(_share, n) for n in FLAGS.values()},
+        "limited (%)": lambda row: 100.0 * row.limited,
+        f"greatest error where reached ({unit})": lambda row: row.greatest_error_where_reached,
+        f"rms error ({unit})": lambda row: row.rms_error,
+    }
+    return table_of("Desired forces: reached, saturated, or held back by coil and amplifier", columns, motions)
+
+
+def _share(flag: str, row: InversionRow) -> float:
+    return 100.0 * row.shares[flag]
 
 
 def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
@@ -179,65 +177,37 @@ def quarter_car(work: Path, study: QuarterCar) -> QuarterCarFile:
 
 
 def _chatters(study: QuarterCar) -> Table:
-    heads = (
-        "road",
-        "control",
-        *if_lagging(study.lags, "lag"),
-        "chatter (% of time)",
-        "rate (Hz)",
-        "swing (N)",
-        "switches (1/s)",
-        "jumps (1/s)",
-        "limit cycle (Hz)",
-        "cause",
-        "swing × share of time (N): as is, then without each cause",
-    )
-    rows = [
-        (
-            r.road,
-            r.control,
-            *if_lagging(study.lags, lag_text(r.lag)),
-            100.0 * c.share if c.found else 0.0,
-            c.rate if c.found else None,
-            c.swing if c.found else None,
-            c.switching,
-            c.jumps,
-            c.limit_cycle or None,
-            c.cause or "–",
-            ", ".join(f"{text.removeprefix('without ')} {n:.3g}" for text, n in c.evidence) or "–",
-        )
-        for r in study.rows
-        for c in [r.chatter]
-        if c.found or c.limit_cycle or c.jumps
-    ]
-    return Table("Chatter, switching, jumps and limit cycles; rides without any of them are left out", heads, rows)
+    columns: Columns[RideRow] = {
+        "road": lambda r: r.road,
+        "control": lambda r: r.control,
+        **lag_column(study.lags),
+        "chatter (% of time)": lambda r: 100.0 * r.chatter.share if r.chatter.found else 0.0,
+        "rate (Hz)": lambda r: r.chatter.rate if r.chatter.found else None,
+        "swing (N)": lambda r: r.chatter.swing if r.chatter.found else None,
+        "switches (1/s)": lambda r: r.chatter.switching,
+        "jumps (1/s)": lambda r: r.chatter.jumps,
+        "limit cycle (Hz)": lambda r: r.chatter.limit_cycle or None,
+        "cause": lambda r: r.chatter.cause or "–",
+        "swing × share of time (N): as is, then without each cause": lambda r: (
+            ", ".join(f"{text.removeprefix('without ')} {n:.3g}" for text, n in r.chatter.evidence) or "–"
+        ),
+    }
+    odd = [r for r in study.rows if r.chatter.found or r.chatter.limit_cycle or r.chatter.jumps]
+    return table_of("Chatter, switching, jumps and limit cycles; rides without any of them are left out", columns, odd)
 
 
 def _road_section(study: QuarterCar, road: str, k: int) -> Section:
-    rows = [r for r in study.rows if r.road == road]
-    heads = (
-        "control",
-        *if_lagging(study.lags, "lag"),
-        "rms acceleration (m/s²)",
-        "rms tyre load (share of static)",
-        "least tyre load",
-        "rms travel (mm)",
-        "greatest travel (mm)",
-        "mean current (A)",
-    )
-    cells = [
-        (
-            r.control,
-            *if_lagging(study.lags, lag_text(r.lag)),
-            r.acceleration,
-            r.tyre_load,
-            r.least_load,
-            1e3 * r.travel,
-            1e3 * r.greatest_travel,
-            r.current,
-        )
-        for r in rows
-    ]
+    columns: Columns[RideRow] = {
+        "control": lambda r: r.control,
+        **lag_column(study.lags),
+        "rms acceleration (m/s²)": lambda r: r.acceleration,
+        "rms tyre load (share of static)": lambda r: r.tyre_load,
+        "least tyre load": lambda r: r.least_load,
+        "rms travel (mm)": lambda r: 1e3 * r.travel,
+        "greatest travel (mm)": lambda r: 1e3 * r.greatest_travel,
+        "mean current (A)": lambda r: r.current,
+    }
+    table = table_of("Comfort, road holding and travel", columns, [r for r in study.rows if r.road == road])
     rides = [r for r in study.rides if r.road.name == road]
     end = min(rides[0].time[-1], 3.0)
     panels = [
@@ -257,7 +227,7 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
         f"The first {end:g} s on {road}.",
         figure(panels, f"q{k}", f"Acceleration and force on {road}"),
     )
-    return Section(road, (), [Table("Comfort, road holding and travel", heads, cells)], [drawn])
+    return Section(road, (), [table], [drawn])
 
 
 def track(work: Path, study: TrackingStudy) -> TrackFile:
@@ -290,50 +260,37 @@ ERRORS = (
 
 
 def _tracked(study: TrackingStudy) -> Table:
-    heads = (
-        "law",
-        "motion",
-        "scheme",
-        *if_lagging(bool(study.lag_costs), "lag"),
-        "rms error / rms force",
-        "against desired",
-        "Err_rms_f",
-        "Err_energy",
-        "greatest command (A)",
-    )
-    rows = [
-        (
-            c.law,
-            c.motion,
-            c.scheme,
-            *if_lagging(bool(study.lag_costs), lag_text(c.lag)),
-            c.error,
-            c.error_to_desired,
-            c.err_peak,
-            c.err_energy,
-            float(c.command.max()),
-        )
-        for c in study.cases
-    ]
-    return Table("Errors of every law by every scheme", heads, rows)
+    columns: Columns[Tracking] = {
+        **_which(study),
+        "rms error / rms force": lambda c: c.error,
+        "against desired": lambda c: c.error_to_desired,
+        "Err_rms_f": lambda c: c.err_peak,
+        "Err_energy": lambda c: c.err_energy,
+        "greatest command (A)": lambda c: float(c.command.max()),
+    }
+    return table_of("Errors of every law by every scheme", columns, study.cases)
+
+
+def _which(study: TrackingStudy) -> Columns[Tracking]:
+    """Return the columns that tell cases apart."""
+    own: Columns[Tracking] = {"law": lambda c: c.law, "motion": lambda c: c.motion, "scheme": lambda c: c.scheme}
+    return {**own, **lag_column(bool(study.lag_costs))}
 
 
 def _regions(study: TrackingStudy) -> Table:
-    names = [f"region {n}" for n in ("I", "II", "III")]
-    lag = if_lagging(bool(study.lag_costs), "lag")
-    heads = ("law", "motion", "scheme", *lag, *(h for n in names for h in (n, "share (%)")))
-    rows = [
-        (
-            c.law,
-            c.motion,
-            c.scheme,
-            *if_lagging(bool(study.lag_costs), lag_text(c.lag)),
-            *(v for r in c.regions for v in (r.error, 100.0 * r.share)),
-        )
-        for c in study.cases
-        if c.lag
-    ]
-    return Table("Rms error over the rms force by region of the wanted current", heads, rows)
+    columns = _which(study)
+    for k, n in enumerate(("I", "II", "III")):
+        columns |= {f"region {n}": partial(_region_error, k), f"share of {n} (%)": partial(_region_share, k)}
+    lagging = [c for c in study.cases if c.lag]
+    return table_of("Rms error over the rms force by region of the wanted current", columns, lagging)
+
+
+def _region_error(k: int, case: Tracking) -> float | None:
+    return case.regions[k].error
+
+
+def _region_share(k: int, case: Tracking) -> float:
+    return 100.0 * case.regions[k].share
 
 
 def _lag_costs(study: TrackingStudy) -> Table:

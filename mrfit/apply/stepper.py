@@ -55,13 +55,8 @@ class Stepper:
         self.program = Program(damper, held, shortest)
         self.chain, self.inputs = self.program.chain, self.program.channels
         rows = self.chain.elements
-        remembering = rows[(rows[:, columns.STATES] > 0) & (rows[:, columns.KIND] != columns.FACTORS)]
         self.behind = tuple(name for name, _, _ in self.program.behind)
         self.lagging = tuple(name for name, _, _ in self.program.before)
-        current = int(self.chain.sizes[columns.CURRENT])
-        # whether only the current's way to the base has a memory
-        own = (remembering[:, columns.KIND] == columns.INPUT) & (remembering[:, columns.CHANNEL] == current)
-        self.static_behind_field = not self.behind and bool(own.all())
         self.bends = bool((rows[:, columns.KIND] == columns.SHAPE).any())
 
     def complete(self, channels: Channels) -> Array:

@@ -16,9 +16,9 @@ from mrfit.errors import DataError
 from mrfit.export.compiler import compiler
 from mrfit.export.printer.c_text import constants, function_text, macros, math_functions, small_functions
 from mrfit.export.printer.functions import python_of
+from mrfit.export.printer.ir import REAL, Function, Program
 from mrfit.export.printer.matlab_text import matlab_text
 from mrfit.export.printer.reading import Reader
-from mrfit.export.printer.ir import REAL, Function, Program
 from mrfit.kernels import filters
 from tests.export.printer import subset
 from tests.export.test_c import STRICT
