@@ -1,4 +1,4 @@
-"""What ``mrfit.apply`` offers from Python: what the commands do, on a fit in memory."""
+"""Functions of ``mrfit.apply``: the work of the commands, on a fit in memory."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING

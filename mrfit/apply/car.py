@@ -21,7 +21,7 @@ import numpy as np
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.walk import ACCELERATION, KEPT, Setup, Way, adapted, begun, driven, wanted
+from mrfit.apply.walk import ControlNumbers, Course, QuarterCarNumbers, Setup, Way, adapted, begun, driven, wanted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -55,7 +55,7 @@ class Car:
 
 @dataclass(frozen=True)
 class Control:
-    """How the current is chosen.
+    """A control, which chooses the current.
 
     Attributes
     ----------
@@ -88,6 +88,10 @@ class Timing:
     steps: int = 2
     soft: float = 0.0
     until: float = np.inf
+
+    def samples(self, road: Road) -> int:
+        """Return the number of the control's samples on a road."""
+        return 1 + max(round(min(road.duration, self.until) / self.sample), 0)
 
     def __post_init__(self) -> None:
         if not 1e-6 <= self.sample <= 0.1 or not 1 <= self.steps <= 1000:
@@ -161,13 +165,12 @@ def drive(
     DataError
         If a lane leaves all bounds: the steps are too long for the damper's stiffest part.
     """
-    steps = [1 + max(round(min(road.duration, timing.until) / timing.sample), 0) for _, road in pairs]
+    steps = [timing.samples(road) for _, road in pairs]
     total, done, rides = sum(steps), 0, []
     for pair, samples in zip(pairs, steps, strict=True):
-        kept = np.zeros((KEPT, 2 * timing.steps * (samples - 1) + 1))
-        setup, way = setup_of(stepper, car, pair, timing, amplifier, kept.shape[1])
+        setup, way = setup_of(stepper, car, pair, timing, amplifier)
         for first in range(0, samples, _BLOCK):
-            left = driven(setup, way, kept, first, min(first + _BLOCK, samples), samples)
+            left = driven(setup, way, first, min(first + _BLOCK, samples), samples)
             if left >= 0:
                 raise DataError(
                     f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
@@ -175,8 +178,8 @@ def drive(
                 )
             progress(f"ride of {stepper.damper.name}", done + min(first + _BLOCK, samples), total)
         done += samples
-        time = np.arange(kept.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
-        rides.append(Ride(*pair, time, *kept))
+        time = np.arange(len(setup.course.force), dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
+        rides.append(Ride(*pair, time, *setup.course))
     return rides
 
 
@@ -189,9 +192,10 @@ def desired(control: Control, v: float, body: float, wheel: float) -> float:
     return wanted(_numbers(control, Timing(), 0.0, 0.0), v, body, wheel)
 
 
-def _numbers(control: Control, timing: Timing, low: float, high: float) -> Array:
-    name = CONTROLS.index(control.name)
-    return np.array([name, control.damping, control.share, timing.sample, timing.steps, low, high], dtype=np.float64)
+def _numbers(control: Control, timing: Timing, low: float, high: float) -> ControlNumbers:
+    number = CONTROLS.index(control.name)
+    sizes = float(control.damping), float(control.share), float(timing.sample)
+    return ControlNumbers(number, *sizes, timing.steps, float(low), float(high))
 
 
 @lru_cache(_ROADS)
@@ -200,24 +204,26 @@ def _heights(road: Any, points: int, spacing: float) -> Array:
     return np.ascontiguousarray(np.stack(road.height(np.arange(points, dtype=np.float64) * np.float64(spacing))))
 
 
-def setup_of(  # noqa: PLR0913
-    stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None, points: int
+def setup_of(
+    stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None
 ) -> tuple[Setup, Way]:
-    """Return what a ride of so many points of the road needs, and where it begins."""
+    """Return a ride, and where it begins."""
     damper, (control, road) = stepper.damper, pair
+    points = 2 * timing.steps * (timing.samples(road) - 1) + 1
     # a dead time cannot be made up for where the motion is not known in advance: the rest of the coil is inverted
     coil = Inverter(Stepper(prompt(damper)[0], shortest=stepper.shortest), amplifier)
     still = {n: np.zeros(1) for n in damper.motion} | {"current": np.full(1, damper.low)}
-    masses = (car.sprung, car.unsprung, car.spring, car.tyre, car.tyre_damping, timing.soft)
     rest = stepper.step(stepper.rest(still), still, 0.0).force[0]
+    masses = (car.sprung, car.unsprung, car.spring, car.tyre, car.tyre_damping, timing.soft, rest)
     setup = Setup(
         stepper.chain, Inverter(stepper, amplifier).inverse, coil.stepper.chain, coil.inverse,
         np.array([stepper.inputs.index(n) if n in stepper.inputs else -1 for n in damper.motion]),
-        stepper.complete(still)[0], np.array([*masses, rest], dtype=np.float64),
+        stepper.complete(still)[0], QuarterCarNumbers(*map(float, masses)),
         _numbers(control, timing, damper.low, damper.high),
         _heights(cast(Hashable, road), points, 0.5 * timing.sample / timing.steps),
+        Course(*np.zeros((len(Course._fields), points))),
     )  # fmt: skip
-    return setup, begun(setup, damper.low)
+    return setup, begun(setup, float(damper.low))
 
 
 @dataclass(frozen=True)
@@ -244,13 +250,12 @@ def adaptive(
     stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None = None
 ) -> Check:
     """Simulate one car from sample to sample by Dormand's and Prince's method, which chooses its steps."""
-    samples = 1 + round(min(pair[1].duration, timing.until) / timing.sample)
-    kept = np.zeros((KEPT, 2 * timing.steps * (samples - 1) + 1))
-    setup, way = setup_of(stepper, car, pair, timing, amplifier, kept.shape[1])
-    left = adapted(setup, way, kept, 0, samples, samples)
+    samples = timing.samples(pair[1])
+    setup, way = setup_of(stepper, car, pair, timing, amplifier)
+    left = adapted(setup, way, samples)
     evaluations = int(way.now[4])
     if left >= 0:
         return Check(float("nan"), evaluations, left * timing.sample, pair[1].duration)
-    seen = kept[ACCELERATION, :: 2 * timing.steps]
+    seen = setup.course.acceleration[:: 2 * timing.steps]
     settled = np.arange(samples) * timing.sample >= pair[1].settled
     return Check(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)

@@ -7,7 +7,7 @@ state of a damper that has stood still.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,47 +15,98 @@ from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import call, kernel
 from mrfit.kernels.past import begun, late, pushed, smooth_late
 
-# What an element is: one with MIDDLE runs between steps too, for an effect behind it; a TERM is added behind H(s)
-INPUT, BASE, ADD, ADD_MIDDLE, TERM, SHAPE, OUTPUT, DELAY, FACTORS = range(9)
-# Columns of ``Chain.elements``: address, kind, number and first of its wires, number and first of its states, first of
-# its parameters, late signals, numbers of its own in its past, that past and its places, channel that it replaces,
-# where its last input or output is kept
-ADDRESS, KIND, WIRES, WIRE, STATES, STATE, PARAM, LATE, NUMBERS, RING, PLACES, CHANNEL, LAST, COLUMNS = range(14)
-# Columns of ``Chain.laws``, a row for each parameter of the base: basis or -1, form, first of its nodes; then, for each
-# effect that scales parameters, which of its factors, or -1
-BASIS, FORM, FIRST, FACTOR = range(4)
-PLAIN, LOG, BOUNDED = range(3)
-# Entries of ``Chain.sizes``: channels, the current's place, parameters of the base, rows of base and middle base, where
-# their channels and parameters are kept, end of the state without rings and with them, whether commands are held, and
-# reach the base so, where the last step's length is kept, row of a delay's dead time and of its lag, -1 of none; where
-# buffers begin, and their size
-CHANNELS, CURRENT, COUNT, OWN, OWN_MIDDLE, BLOCK, BLOCK_MIDDLE, SMALL = range(8)
-WHOLE, HELD, DIRECT, LENGTH, DEAD, LAG, ENDS, WORK = range(8, 16)
+# Kinds of elements: one with MIDDLE runs between steps too, for an effect behind it; a TERM is added behind H(s)
+INPUT, BASE, ADD, ADD_MIDDLE, TERM, SHAPING, OUTPUT, DELAY, FACTORS = range(9)
+# Row of ``Chain.elements``: number and first of its wires, number and first of its states, first of its parameters,
+# late signals, numbers of its own in its past, that past and its places, channel that it replaces, where its last input
+# or output is kept
+_COLUMNS = "address kind wires wire states state param late numbers ring places channel last".split()
+ELEMENT = np.dtype([(name, np.int64) for name in _COLUMNS])
+# Row of ``Chain.laws``, for each parameter of the base: basis or -1, form, first of its nodes
+LAW = np.dtype([(name, np.int64) for name in ("basis", "form", "first")])
+PLAIN_LAW, LOG_LAW, BOUNDED_LAW = range(3)
 WIRED = 16
 
 
-class Chain(NamedTuple):
-    """A damper in arrays, whose columns are named above; ``edges`` are low, high and knee of pieces of laws."""
+class Places(NamedTuple):
+    """Places and sizes in the arrays of a chain.
 
-    elements: Index
+    Attributes
+    ----------
+    channels, current, params
+        Number of channels, the current's place among them, number of the base's parameters.
+    own, block
+        Of base and middle base: their row, and where their channels and parameters are kept.
+    small, whole
+        End of the state without rings and with them.
+    held, direct
+        Whether commands are held, and reach the base so.
+    length
+        Place of the last step's length.
+    dead, lag
+        Row of a delay's dead time and of its lag, -1 of none.
+    ends, work
+        Beginning of buffers, and their size.
+    """
+
+    channels: int
+    current: int
+    params: int
+    own: tuple[int, int]
+    block: tuple[int, int]
+    small: int
+    whole: int
+    held: bool
+    direct: bool
+    length: int
+    dead: int
+    lag: int
+    ends: int
+    work: int
+
+
+class Chain(NamedTuple):
+    """A damper in arrays.
+
+    ``elements`` and ``laws`` are rows as named above, ``factors`` has for each parameter of the base which factor of
+    each effect that scales parameters acts on it, or -1; ``edges`` are low, high and knee of pieces of laws.
+    """
+
+    elements: Any
     wires: Index
     params: Array
-    laws: Index
+    laws: Any
+    factors: Index
     bounds: Array
     pieces: Index
     edges: Array
     nodes: Array
-    sizes: Index
+    places: Places
     extent: Array
 
 
+class Trial(NamedTuple):
+    """A step that is tried: from a state to channels, the state behind it, and room to work in."""
+
+    state: Array
+    given: Array
+    after: Array
+    work: Array
+
+
 @kernel
-def _gather(chain: Chain, e: int, seen: Array, at: int, signal: float, work: Array, to: int) -> None:
+def trial_of(chain: Chain, state: Array, given: Array) -> Trial:
+    """Return a step to be tried."""
+    return Trial(state, given, np.empty(chain.places.whole), np.empty(chain.places.work))
+
+
+@kernel
+def _gather(chain: Chain, e: int, seen: Array, signal: float, work: Array, to: int) -> None:
     """Write an element's inputs: channels, and the signal it acts on for a wire below 0."""
-    first = chain.elements[e, WIRE]
-    for k in range(chain.elements[e, WIRES]):
+    first = chain.elements[e].wire
+    for k in range(chain.elements[e].wires):
         place = chain.wires[first + k]
-        work[to + k] = signal if place < 0 else seen[at + place]
+        work[to + k] = signal if place < 0 else seen[place]
 
 
 @kernel
@@ -72,46 +123,45 @@ def _polynomial(chain: Chain, piece: int, first: int, current: float) -> float:
 
 
 @kernel
-def parameters(chain: Chain, seen: Array, at: int, found: Array, to: int, work: Array) -> None:
-    """Write the base's parameters where it sees the channels from ``at`` on."""
-    sizes = chain.sizes
-    current = min(max(seen[at + sizes[CURRENT]], chain.extent[0]), chain.extent[1])
-    for k in range(sizes[COUNT]):
-        basis, form, first = chain.laws[k, BASIS], chain.laws[k, FORM], chain.laws[k, FIRST]
-        value = chain.params[first]
-        for piece in range(len(chain.pieces) if basis >= 0 else 0):
+def parameters(chain: Chain, seen: Array, found: Array, work: Array) -> None:
+    """Write the base's parameters where it sees channels."""
+    count = chain.places.params
+    current = min(max(seen[chain.places.current], chain.extent[0]), chain.extent[1])
+    for k in range(count):
+        law = chain.laws[k]
+        value = chain.params[law.first]
+        for piece in range(len(chain.pieces) if law.basis >= 0 else 0):
             low, high, knee = chain.edges[piece]
-            if chain.pieces[piece, 0] == basis and current <= high and (current > low or low == chain.extent[0]):
-                value = _polynomial(chain, piece, first, knee * math.tanh(current / knee) if knee > 0.0 else current)
-        if form == LOG:
+            if chain.pieces[piece, 0] == law.basis and current <= high and (current > low or low == chain.extent[0]):
+                at = knee * math.tanh(current / knee) if knee > 0.0 else current
+                value = _polynomial(chain, piece, law.first, at)
+        if law.form == LOG_LAW:
             value = math.exp(value)
-        elif form == BOUNDED:
+        elif law.form == BOUNDED_LAW:
             value = min(max(value, chain.bounds[k, 0]), chain.bounds[k, 1])
-        found[to + k] = value
-    column = FACTOR
+        found[k] = value
+    column = 0
     for e in range(len(chain.elements)):
-        if chain.elements[e, KIND] == FACTORS:
-            _gather(chain, e, seen, at, 0.0, work, 0)
-            theta = chain.elements[e, PARAM]
-            call(chain.elements[e, ADDRESS], work, 0, work, WIRED, work, 0, work, 0, chain.params, theta, 0.0, work, 0)
-            for k in range(sizes[COUNT]):
-                if chain.laws[k, column] >= 0:
-                    found[to + k] *= work[WIRED + chain.laws[k, column]]
+        element = chain.elements[e]
+        if element.kind == FACTORS:
+            _gather(chain, e, seen, 0.0, work, 0)
+            call(element.address, work, 0, work, WIRED, work, 0, work, 0, chain.params, element.param, 0.0, work, 0)
+            for k in range(count):
+                if chain.factors[k, column] >= 0:
+                    found[k] *= work[WIRED + chain.factors[k, column]]
             column += 1
 
 
 @kernel
-def _run(  # noqa: PLR0913
-    chain: Chain, e: int, state: Array, following: Array, ends: Array, one: float, other: float, dt: float, work: Array
-) -> float:
+def _run(chain: Chain, e: int, trial: Trial, ends: Array, signals: tuple[float, float], dt: float) -> float:
     """Let an element but the base take a step between both rows of ``ends``, and from one signal to another."""
-    element = chain.elements[e]
-    _gather(chain, e, ends, 0, one, work, 0)
-    _gather(chain, e, ends, chain.sizes[CHANNELS], other, work, WIRED)
-    place, theta = element[STATE], element[PARAM]
+    element, work = chain.elements[e], trial.work
+    _gather(chain, e, ends, signals[0], work, 0)
+    _gather(chain, e, ends[chain.places.channels :], signals[1], work, WIRED)
+    place = element.state
     found: float = call(
-        element[ADDRESS], state, place, following, place, work, 0, work, WIRED, chain.params, theta, dt, state,
-        element[RING],
+        element.address, trial.state, place, trial.after, place, work, 0, work, WIRED, chain.params, element.param, dt,
+        trial.state, element.ring,
     )  # fmt: skip
     return found
 
@@ -120,125 +170,117 @@ def _run(  # noqa: PLR0913
 def _begin(chain: Chain, e: int, state: Array) -> None:
     """Begin what an element reads late with what it remembers at rest."""
     element = chain.elements[e]
-    past = state[element[RING] :]
-    if element[LATE] > 0 or element[NUMBERS] > 0:
-        begun(past, element[PLACES], element[LATE], element[NUMBERS])
-    if element[LATE] > 0:
-        pushed(past, state[element[STATE] :], 0.0)
+    past = state[element.ring :]
+    if element.late > 0 or element.numbers > 0:
+        begun(past, element.places, element.late, element.numbers)
+    if element.late > 0:
+        pushed(past, state[element.state :], 0.0)
 
 
 @kernel
-def _settled(  # noqa: PLR0913
-    chain: Chain, e: int, following: Array, ends: Array, signal: float, work: Array
-) -> float:
-    """Put an element to rest, and return its output there."""
-    if chain.elements[e, STATES] > 0:
-        _run(chain, e, following, following, ends, signal, signal, -1.0, work)
-        _begin(chain, e, following)
-    return _run(chain, e, following, following, ends, signal, signal, 0.0, work)
+def _started(chain: Chain, e: int, trial: Trial, ends: Array, signal: float, dt: float) -> float:
+    """Let an element take a step under one signal; put it to rest first where dt is below 0."""
+    if dt >= 0.0:
+        return _run(chain, e, trial, ends, (signal, signal), dt)
+    still = Trial(trial.after, trial.given, trial.after, trial.work)
+    if chain.elements[e].states > 0:
+        _run(chain, e, still, ends, (signal, signal), -1.0)
+        _begin(chain, e, trial.after)
+    return _run(chain, e, still, ends, (signal, signal), 0.0)
 
 
 @kernel
-def _at_start(chain: Chain, block: int, state: Array, ends: Array, theta: int, work: Array) -> None:
+def _at_start(chain: Chain, block: int, trial: Trial, ends: Array, theta: int) -> None:
     """Write the base's parameters at a step's beginning: those of the last step's end unless a command is held."""
-    count, same = chain.sizes[CHANNELS], True
+    count, same = chain.places.channels, True
     for c in range(count):
-        same = same and ends[c] == state[block + c]
+        same = same and ends[c] == trial.state[block + c]
     if same:
-        for k in range(chain.sizes[COUNT]):
-            work[theta + k] = state[block + count + k]
+        for k in range(chain.places.params):
+            trial.work[theta + k] = trial.state[block + count + k]
     else:
-        parameters(chain, ends, 0, work, theta, work)
+        parameters(chain, ends, trial.work[theta:], trial.work)
 
 
 @kernel
-def _core(  # noqa: PLR0913
-    chain: Chain, middle: int, state: Array, following: Array, ends: Array, dt: float, work: Array
-) -> float:
-    """Return what base and added terms make at the end of a step, or in the middle between steps."""
-    sizes, count, number = chain.sizes, chain.sizes[CHANNELS], chain.sizes[COUNT]
-    row, block, theta = sizes[OWN + middle], sizes[BLOCK + middle], 2 * WIRED
-    base = chain.elements[row]
-    parameters(chain, ends, count, following, block + count, work)
-    if base[STATES] > 0 and dt >= 0.0:
-        _at_start(chain, block, state, ends, theta, work)
+def _core(chain: Chain, middle: int, trial: Trial, ends: Array, dt: float) -> float:
+    """Return the output of base and added terms at the end of a step, or in the middle between steps."""
+    places, count, number = chain.places, chain.places.channels, chain.places.params
+    row, block, theta = places.own[middle], places.block[middle], 2 * WIRED
+    base, after, work = chain.elements[row], trial.after, trial.work
+    parameters(chain, ends[count:], after[block + count :], work)
+    if base.states > 0 and dt >= 0.0:
+        _at_start(chain, block, trial, ends, theta)
     for k in range(number):
-        work[theta + number + k] = following[block + count + k]
-    _gather(chain, row, ends, 0, 0.0, work, 0)
-    _gather(chain, row, ends, count, 0.0, work, WIRED)
+        work[theta + number + k] = after[block + count + k]
+    _gather(chain, row, ends, 0.0, work, 0)
+    _gather(chain, row, ends[count:], 0.0, work, WIRED)
     for c in range(count):
-        following[block + c] = ends[count + c]
-    address, place, ring = base[ADDRESS], base[STATE], base[RING]
-    source, length = state, dt
+        after[block + c] = ends[count + c]
+    address, place, ring = base.address, base.state, base.ring
+    source, length = trial.state, dt
     if dt < 0.0:
         for k in range(number):
             work[theta + k] = work[theta + number + k]
-        if base[STATES] > 0:
-            call(address, following, place, following, place, work, 0, work, WIRED, work, theta, dt, following, ring)
-            _begin(chain, row, following)
-        source, length = following, 0.0
-    made = call(address, source, place, following, place, work, 0, work, WIRED, work, theta, length, source, ring)
+        if base.states > 0:
+            call(address, after, place, after, place, work, 0, work, WIRED, work, theta, dt, after, ring)
+            _begin(chain, row, after)
+        source, length = after, 0.0
+    made = call(address, source, place, after, place, work, 0, work, WIRED, work, theta, length, source, ring)
     value = float(made)
     for e in range(len(chain.elements)):
-        if chain.elements[e, KIND] == ADD + middle:
-            if dt < 0.0:
-                value += _settled(chain, e, following, ends, 0.0, work)
-            else:
-                value += _run(chain, e, state, following, ends, 0.0, 0.0, dt, work)
+        if chain.elements[e].kind == ADD + middle:
+            value += _started(chain, e, trial, ends, 0.0, dt)
     return value
 
 
 @kernel
-def inputs(chain: Chain, state: Array, given: Array, dt: float, following: Array, work: Array) -> float:
-    """Write what effects of the slot ``input`` make of channels at both ends of a step; return the current at its end.
+def inputs(chain: Chain, trial: Trial, dt: float) -> float:
+    """Make channels at both ends of a step behind effects of the slot ``input``; return the current at its end.
 
     A command that is held has its new value from the step's beginning on.
     """
-    sizes, count = chain.sizes, chain.sizes[CHANNELS]
-    ends = work[sizes[ENDS] :]
+    places, count, work = chain.places, chain.places.channels, trial.work
+    ends = work[places.ends :]
     for c in range(count):
-        ends[c], ends[count + c], following[c] = state[c] if dt >= 0.0 else given[c], given[c], given[c]
-    if sizes[HELD] > 0:
-        ends[sizes[CURRENT]] = given[sizes[CURRENT]]
+        ends[count + c] = trial.after[c] = trial.given[c]
+        ends[c] = trial.state[c] if dt >= 0.0 else trial.given[c]
+    if places.held:
+        ends[places.current] = trial.given[places.current]
     for e in range(len(chain.elements)):
-        if chain.elements[e, KIND] == INPUT:
-            channel, last = chain.elements[e, CHANNEL], chain.elements[e, LAST]
-            if dt < 0.0:
-                value = start = _settled(chain, e, following, ends, 0.0, work)
-            elif chain.elements[e, STATES] == 0:
-                value = _run(chain, e, state, following, ends, 0.0, 0.0, dt, work)
-                _gather(chain, e, ends, 0, 0.0, work, WIRED)
+        element = chain.elements[e]
+        if element.kind == INPUT:
+            value = start = _started(chain, e, trial, ends, 0.0, dt)
+            if dt >= 0.0 and element.states == 0:
+                _gather(chain, e, ends, 0.0, work, WIRED)
                 start = call(
-                    chain.elements[e, ADDRESS], work, 0, work, 0, work, 0, work, WIRED, chain.params,
-                    chain.elements[e, PARAM], dt, work, 0,
-                )  # fmt: skip
-            else:
-                value, start = _run(chain, e, state, following, ends, 0.0, 0.0, dt, work), state[last]
-            ends[channel], ends[count + channel], following[last] = start, value, value
-    return float(ends[count + sizes[CURRENT]])
+                    element.address, work, 0, work, 0, work, 0, work, WIRED, chain.params, element.param, dt, work, 0
+                )
+            elif dt >= 0.0:
+                start = trial.state[element.last]
+            ends[element.channel], ends[count + element.channel], trial.after[element.last] = start, value, value
+    return float(ends[count + places.current])
 
 
 @kernel
-def _moved(chain: Chain, state: Array, following: Array, ends: Array, dt: float) -> None:
-    """Put what the channels were a dead time ago in their place; those that may be switched along lines."""
-    delay, count = chain.elements[chain.sizes[DEAD]], chain.sizes[CHANNELS]
-    age, block = chain.params[delay[PARAM]], chain.sizes[BLOCK]
+def _moved(chain: Chain, trial: Trial, ends: Array, dt: float) -> None:
+    """Put the channels of a dead time ago in place of those now; those that may be switched along lines."""
+    delay, count = chain.elements[chain.places.dead], chain.places.channels
+    age, block = chain.params[delay.param], chain.places.block[0]
     for c in range(count):
         now = ends[count + c]
-        following[delay[STATE] + c] = now
+        trial.after[delay.state + c] = now
         if dt >= 0.0:
-            past, kind = state[delay[RING] :], chain.wires[delay[WIRE] + c]
+            past, kind = trial.state[delay.ring :], chain.wires[delay.wire + c]
             if kind == 1:
                 ends[count + c] = smooth_late(past, c, age, dt, now)
             elif kind == 0:
                 ends[count + c] = late(past, c, age, dt, now)
-            ends[c] = state[block + c]
+            ends[c] = trial.state[block + c]
 
 
 @kernel
-def step(  # noqa: PLR0913
-    chain: Chain, state: Array, given: Array, dt: float, field: float, following: Array, work: Array
-) -> tuple[float, float, float]:
+def step(chain: Chain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
     """Take a step of dt s to channels; ``field`` is the current in A that the base is to see, or nan.
 
     Returns
@@ -246,81 +288,80 @@ def step(  # noqa: PLR0913
     tuple
         The output, what it is before effects of the slot ``output`` that remember, and the current that the base sees.
     """
-    sizes, count = chain.sizes, chain.sizes[CHANNELS]
-    seen = inputs(chain, state, given, dt, following, work)
-    ends = work[sizes[ENDS] :]
+    places, count, state = chain.places, chain.places.channels, trial.state
+    seen = inputs(chain, trial, dt)
+    ends = trial.work[places.ends :]
     if field == field:
-        seen = ends[count + sizes[CURRENT]] = field
-        if sizes[DIRECT] > 0:
-            ends[sizes[CURRENT]] = field
-    if sizes[DEAD] >= 0:
-        _moved(chain, state, following, ends, dt)
+        seen = ends[count + places.current] = field
+        if places.direct:
+            ends[places.current] = field
+    if places.dead >= 0:
+        _moved(chain, trial, ends, dt)
     between = 0.0
-    if sizes[OWN_MIDDLE] >= 0:
-        middle, block = ends[2 * count :], sizes[BLOCK]
-        length = state[sizes[LENGTH]]
+    if places.own[1] >= 0:
+        middle, block = ends[2 * count :], places.block[0]
+        length = state[places.length]
         for c in range(count):
-            middle[c] = state[sizes[BLOCK_MIDDLE] + c] if dt >= 0.0 else ends[c]
+            middle[c] = state[places.block[1] + c] if dt >= 0.0 else ends[c]
             middle[count + c] = 0.5 * (state[block + c] + ends[count + c]) if dt > 0.0 else ends[count + c]
         apart = 0.5 * (length + dt) if length > 0.0 and dt > 0.0 else dt
-        between = _core(chain, 1, state, following, middle, apart, work)
-    following[sizes[LENGTH]] = dt if dt > 0.0 else (state[sizes[LENGTH]] if dt == 0.0 else 0.0)
-    force = _core(chain, 0, state, following, ends, dt, work)
+        between = _core(chain, 1, trial, middle, apart)
+    trial.after[places.length] = dt if dt > 0.0 else (state[places.length] if dt == 0.0 else 0.0)
+    force = _core(chain, 0, trial, ends, dt)
     inner = force
     for e in range(len(chain.elements)):
-        kind, last = chain.elements[e, KIND], chain.elements[e, LAST]
+        kind, last = chain.elements[e].kind, chain.elements[e].last
         if kind == TERM:
-            term = (
-                _settled(chain, e, following, ends, 0.0, work)
-                if dt < 0.0
-                else _run(chain, e, state, following, ends, 0.0, 0.0, dt, work)
-            )
+            term = _started(chain, e, trial, ends, 0.0, dt)
             force, inner = force + term, inner + term
-        elif kind == SHAPE:
-            inner = _run(chain, e, state, following, ends, 0.0, inner, dt, work)
-            force = _run(chain, e, state, following, ends, 0.0, force, dt, work)
+        elif kind == SHAPING:
+            inner = _run(chain, e, trial, ends, (0.0, inner), dt)
+            force = _run(chain, e, trial, ends, (0.0, force), dt)
         elif kind == OUTPUT:
             before, signal = state[last], force
-            following[last] = signal
+            trial.after[last] = signal
             if dt < 0.0:
-                force = _settled(chain, e, following, ends, signal, work)
-            elif e == sizes[LAG] and dt > 0.0:
-                _run(chain, e, state, following, ends, before, between, 0.5 * dt, work)
-                force = _run(chain, e, following, following, ends, between, signal, 0.5 * dt, work)
+                force = _started(chain, e, trial, ends, signal, dt)
+            elif e == places.lag and dt > 0.0:
+                _run(chain, e, trial, ends, (before, between), 0.5 * dt)
+                halfway = Trial(trial.after, trial.given, trial.after, trial.work)
+                force = _run(chain, e, halfway, ends, (between, signal), 0.5 * dt)
             else:
-                force = _run(chain, e, state, following, ends, before, signal, dt, work)
+                force = _run(chain, e, trial, ends, (before, signal), dt)
     return force, inner, seen
 
 
 @kernel
-def commit(chain: Chain, state: Array, following: Array, dt: float) -> None:
+def commit(chain: Chain, trial: Trial, dt: float) -> None:
     """Go on from the end of a step, or begin at rest where dt is below 0."""
-    for k in range(chain.sizes[SMALL]):
-        state[k] = following[k]
+    state = trial.state
+    for k in range(chain.places.small):
+        state[k] = trial.after[k]
     for e in range(len(chain.elements)):
         element = chain.elements[e]
         if dt < 0.0:
             _begin(chain, e, state)
-        elif dt > 0.0 and element[LATE] > 0:
-            pushed(state[element[RING] :], state[element[STATE] :], dt)
+        elif dt > 0.0 and element.late > 0:
+            pushed(state[element.ring :], state[element.state :], dt)
 
 
 @kernel
 def advanced(chain: Chain, states: Array, given: Array, dt: float, fields: Array) -> tuple[Array, Array]:
     """Take a step of dt s in many lanes, from states (B, S) to channels (B, C); return outputs (B, 3) and states."""
     following, found = states.copy(), np.empty((len(states), 3))
-    after, work = np.empty(chain.sizes[WHOLE]), np.empty(chain.sizes[WORK])
     for b in range(len(states)):
-        found[b, 0], found[b, 1], found[b, 2] = step(chain, states[b], given[b], dt, fields[b], after, work)
-        commit(chain, following[b], after, dt)
+        trial = trial_of(chain, following[b], given[b])
+        found[b] = step(chain, trial, dt, fields[b])
+        commit(chain, trial, dt)
     return found, following
 
 
 @kernel
 def followed(chain: Chain, state: Array, given: Array, steps: Array) -> Array:
     """Return the outputs (N, 3) of channels (N, C), steps (N,) in s between them; the state goes along."""
-    found, after, work = np.empty((len(given), 3)), np.empty(chain.sizes[WHOLE]), np.empty(chain.sizes[WORK])
+    found, trial = np.empty((len(given), 3)), trial_of(chain, state, np.empty(given.shape[1]))
     for n in range(len(given)):
-        found[n, 0], found[n, 1], found[n, 2] = step(chain, state, given[n], steps[n], np.nan, after, work)
-        commit(chain, state, after, steps[n])
+        trial.given[:] = given[n]
+        found[n] = step(chain, trial, steps[n], np.nan)
+        commit(chain, trial, steps[n])
     return found

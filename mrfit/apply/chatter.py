@@ -40,7 +40,7 @@ FINER = 4
 
 
 def look(ride: Ride, fastest: float) -> Chatter:
-    """Return what is found in a ride, without its cause; ``fastest`` is the car's highest natural frequency in Hz."""
+    """Return the findings of a ride, without a cause; ``fastest`` is the car's highest natural frequency in Hz."""
     turns, sizes = turning_points(ride.force)
     at = ride.time[turns]
     quick = np.diff(at) <= SHARE / max(fastest, ride.road.top)
@@ -67,7 +67,7 @@ def look(ride: Ride, fastest: float) -> Chatter:
 
 
 def jumps(ride: Ride) -> float:
-    """Return how often per s the force jumps within half a step of a held command, smooth before and behind."""
+    """Return the rate in 1/s of jumps of the force within half a step of a held command, smooth on either side."""
     leaps = np.abs(np.diff(ride.force))
     if len(leaps) < 3:
         return 0.0
@@ -134,7 +134,7 @@ Again = Callable[[Sequence[Ride], Timing, bool], list[Ride]]
 
 
 def told_apart(rides: Sequence[Ride], timing: Timing, fastest: float, again: Again, lags: bool) -> list[Chatter]:
-    """Return what is found in rides, with the cause of what chatters or cycles.
+    """Return the findings of rides, with the cause of chatter and limit cycles.
 
     Parameters
     ----------

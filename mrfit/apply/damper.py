@@ -53,7 +53,7 @@ class Damper:
 
     @cached_property
     def dependence(self) -> CurrentDependence | None:
-        """How its parameters depend on current."""
+        """Dependence of its parameters on current."""
         return CurrentDependence(self.orders, self.low, self.high) if self.orders else None
 
     @cached_property

@@ -7,38 +7,55 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import CURRENT, SMALL, WORK, Chain, commit, step
-from mrfit.apply.solving import ABOVE, BELOW, Inverse, Site, allowed, command, solve
+from mrfit.apply.chain import Chain, commit, step, trial_of
+from mrfit.apply.solving import ABOVE, BELOW, Inverse, allowed, command, solve
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
-
-# Columns of what ``inverted`` and ``tracked`` keep of every sample
-COMMAND, WANTED, FIELD, INNER, LEAST, GREATEST, FLAG, INVERTED = range(8)
-TRACKED = ("feasible", "force", "wanted", "command", "field", "saturated")
-FEASIBLE, FORCE, WISH, COMMANDED, SEEN, SATURATED = range(6)
-# Entries of ``Lane.scheme``: whether it has feedback, the inverse, the inverse without the coil's, and one behind
-# filters; the feedback's gains; samples that the model runs ahead; the command without an inverse
-FEEDBACK, FORWARD, PLAIN, BEHIND, PROPORTIONAL, INTEGRAL, AHEAD, REST = range(8)
 
 
 @kernel
 def inverted(chain: Chain, inverse: Inverse, state: Array, given: Array, desired: Array, dt: float) -> Array:
-    """Return currents and forces (N, 7) for desired forces (N,) of channels (N, C); the state goes along."""
-    found, current = np.empty((len(given), INVERTED)), chain.sizes[CURRENT]
-    site = Site(state, np.empty(given.shape[1]), np.empty(chain.sizes[SMALL]), np.empty(chain.sizes[WORK]))
-    last = state[current]
+    """Return command, current wanted and seen, force, its least and greatest, and flag (N, 7) for desired forces (N,).
+
+    ``given`` are channels (N, C); the state goes along.
+    """
+    found, current = np.empty((len(given), 7)), chain.places.current
+    trial, last = trial_of(chain, state, np.empty(given.shape[1])), state[current]
     for n in range(len(given)):
         # the first sample has had an interval to get there
-        site.given[:] = given[n]
-        site.given[current] = last
-        field, _, low, high, flag = solve(chain, inverse, site, dt, desired[n])
-        last = command(chain, inverse, site, dt, field)
-        site.given[current] = last
-        _, inner, seen = step(chain, state, site.given, dt, np.nan, site.after, site.work)
-        commit(chain, state, site.after, dt)
-        found[n, COMMAND], found[n, WANTED], found[n, FIELD], found[n, INNER] = last, field, seen, inner
-        found[n, LEAST], found[n, GREATEST], found[n, FLAG] = low, high, flag
+        trial.given[:] = given[n]
+        trial.given[current] = last
+        field, _, low, high, flag = solve(chain, inverse, trial, dt, desired[n])
+        trial.given[current] = last = command(chain, inverse, trial, dt, field)
+        _, inner, seen = step(chain, trial, dt, np.nan)
+        commit(chain, trial, dt)
+        found[n] = last, field, seen, inner, low, high, flag
     return found
+
+
+class Scheme(NamedTuple):
+    """A scheme of control.
+
+    Attributes
+    ----------
+    feedback, forward, uninverted, behind
+        Whether it has feedback, the inverse, the inverse without the coil's, and one behind filters.
+    proportional, integral
+        The feedback's gains.
+    ahead
+        Samples that the model runs ahead.
+    rest
+        The command in A without an inverse.
+    """
+
+    feedback: bool
+    forward: bool
+    uninverted: bool
+    behind: bool
+    proportional: float
+    integral: float
+    ahead: int
+    rest: float
 
 
 class Lane(NamedTuple):
@@ -51,10 +68,10 @@ class Lane(NamedTuple):
     given, answered
         Channels of model and plant, shapes (N, C).
     desired, asked
-        Forces wanted, and what they are before what lies behind the force, (N,).
+        Forces wanted, and those before what lies behind the force, (N,).
     scheme
-        Numbers, as named above.
-    states, answers
+        How commands are chosen.
+    state, answer
         Of model and plant; they go along.
     """
 
@@ -65,58 +82,67 @@ class Lane(NamedTuple):
     answered: Array
     desired: Array
     asked: Array
-    scheme: Array
+    scheme: Scheme
     state: Array
     answer: Array
 
 
-@kernel
-def tracked(lane: Lane, dt: float, first: int, last: int, kept: Array, memory: Array) -> None:
-    """Choose commands of samples ``first`` to ``last``, and let model and plant answer; rows of ``kept`` are (6, N).
+class Course(NamedTuple):
+    """The samples of a lane, (N,) each; ``saturated`` is 1 where the current rests at an end."""
 
-    ``memory`` holds the controller's integral and the force last measured.
-    """
+    feasible: Array
+    force: Array
+    wanted: Array
+    command: Array
+    field: Array
+    saturated: Array
+
+
+@kernel
+def tracked(lane: Lane, dt: float, course: Course) -> None:
+    """Choose the commands of all samples, and let model and plant answer."""
     model, plant, scheme, samples = lane.model, lane.plant, lane.scheme, len(lane.given)
-    current = model.sizes[CURRENT]
-    site = Site(lane.state, np.empty(lane.given.shape[1]), np.empty(model.sizes[SMALL]), np.empty(model.sizes[WORK]))
-    now, after, work = np.empty(lane.answered.shape[1]), np.empty(plant.sizes[SMALL]), np.empty(plant.sizes[WORK])
-    for k in range(first, last):
+    current = model.places.current
+    trial = trial_of(model, lane.state, np.empty(lane.given.shape[1]))
+    answer = trial_of(plant, lane.answer, np.empty(lane.answered.shape[1]))
+    # the controller's integral, and the force last measured
+    memory = np.zeros(2)
+    for k in range(samples):
         # the model runs a dead time ahead of the plant, where the motion is known
-        ahead, held = min(k + int(scheme[AHEAD]), samples - 1), lane.state[current]
-        site.given[:] = lane.given[ahead]
-        site.given[current] = held
-        field, force, _, _, flag = solve(model, lane.inverse, site, dt, lane.desired[ahead])
+        ahead, held = min(k + scheme.ahead, samples - 1), lane.state[current]
+        trial.given[:] = lane.given[ahead]
+        trial.given[current] = held
+        field, force, _, _, flag = solve(model, lane.inverse, trial, dt, lane.desired[ahead])
         made = field
-        if scheme[BEHIND] > 0.0:
-            made = solve(model, lane.inverse, site, dt, lane.asked[ahead])[0]
-        chosen = scheme[REST]
-        if scheme[FORWARD] > 0.0:
-            chosen = field if scheme[PLAIN] > 0.0 else command(model, lane.inverse, site, dt, made)
+        if scheme.behind:
+            made = solve(model, lane.inverse, trial, dt, lane.asked[ahead])[0]
+        chosen = scheme.rest
+        if scheme.forward:
+            chosen = field if scheme.uninverted else command(model, lane.inverse, trial, dt, made)
         low, high = allowed(lane.inverse, held, dt)
-        if scheme[FEEDBACK] > 0.0 and k > 0:
-            chosen += _correction(scheme, kept[FEASIBLE, k - 1], low - chosen, high - chosen, dt, memory)
+        if scheme.feedback and k > 0:
+            chosen += _correction(scheme, course.feasible[k - 1], low - chosen, high - chosen, dt, memory)
         chosen = min(max(chosen, low), high)
-        site.given[current] = chosen
-        step(model, lane.state, site.given, dt, np.nan, site.after, site.work)
-        commit(model, lane.state, site.after, dt)
-        now[:] = lane.answered[k]
-        now[plant.sizes[CURRENT]] = chosen
-        memory[1], _, kept[SEEN, k] = step(plant, lane.answer, now, dt, np.nan, after, work)
-        commit(plant, lane.answer, after, dt)
-        kept[COMMANDED, k], kept[FORCE, k] = chosen, memory[1]
+        trial.given[current] = chosen
+        step(model, trial, dt, np.nan)
+        commit(model, trial, dt)
+        answer.given[:] = lane.answered[k]
+        answer.given[plant.places.current] = chosen
+        memory[1], _, course.field[k] = step(plant, answer, dt, np.nan)
+        commit(plant, answer, dt)
+        course.command[k], course.force[k] = chosen, memory[1]
         # of the time at which the plant will show it
         for n in range(0 if k == 0 else ahead, ahead + 1):
-            kept[WISH, n], kept[FEASIBLE, n] = field, force
-            kept[SATURATED, n] = 1.0 if flag in (BELOW, ABOVE) else 0.0
+            course.wanted[n], course.feasible[n] = field, force
+            course.saturated[n] = 1.0 if flag in (BELOW, ABOVE) else 0.0
 
 
 @kernel
-def _correction(scheme: Array, wish: float, low: float, high: float, dt: float, memory: Array) -> float:
+def _correction(scheme: Scheme, wish: float, low: float, high: float, dt: float, memory: Array) -> float:
     """Return the PI controller's current, its integral held where the command is at a limit."""
     # more current is more force against the motion: the error is that of the force's size
     error = np.sign(wish) * (wish - memory[1])
-    proportional, integral = scheme[PROPORTIONAL], scheme[INTEGRAL]
-    total = proportional * error + integral * (memory[0] + error * dt)
+    total = scheme.proportional * error + scheme.integral * (memory[0] + error * dt)
     if low < total < high:
         memory[0] += error * dt
-    return float(proportional * error + integral * memory[0])
+    return float(scheme.proportional * error + scheme.integral * memory[0])

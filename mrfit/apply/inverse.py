@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
-from mrfit.apply.solving import ABOVE, BELOW, BETWEEN, REACHED, Inverse, commanded, solved
+from mrfit.apply.solving import ABOVE, BELOW, BETWEEN, REACHED, Inverse, Limits, commanded, solved
 from mrfit.apply.stepper import Channels, Stepper
 from mrfit.core import registry
 from mrfit.core.specs import Array
@@ -67,12 +67,8 @@ class Inverter:
         one = self.amplifier
         least = self.damper.low if one.least is None else one.least
         limits = (least, one.most * self.damper.high, one.rate, one.voltage, one.resistance, one.inductance)
-        self.inverse = Inverse(
-            grid,
-            np.array([count]),
-            np.array([self.explicit, bool(stepper.lagging)], dtype=np.int64),
-            np.array([np.nan if v is None else v for v in limits], dtype=np.float64),
-        )
+        known = Limits(*(float(np.nan if v is None else v) for v in limits))
+        self.inverse = Inverse(grid, count, self.explicit, bool(stepper.lagging), known)
 
     def solve(self, state: Array, channels: Channels, dt: float, desired: Array) -> Solution:
         """Return the currents for desired forces (B,) at the end of a step of dt s to ``channels``."""

@@ -18,7 +18,7 @@ def table_of(caption: str, columns: Mapping[str, Callable[[Row], Any]], rows: Se
 
 
 def facts_of(damper: Damper) -> list[tuple[str, str]]:
-    """Return what a page says of its damper, as labels and words."""
+    """Return the facts of a damper for its page, as labels and words."""
     spec = damper.assembly.spec
     varying = ", ".join(f"{n} (order {o})" for n, o in damper.orders) or "the current is an input of the model"
     values = ", ".join(

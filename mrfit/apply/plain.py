@@ -19,7 +19,7 @@ _FUNCTION = ctypes.CFUNCTYPE(ctypes.c_double, *[_POINTER] * 5, ctypes.c_double, 
 
 
 def entry_for(item: Any) -> Entry:
-    """Return how compiled loops call an item: its ``step`` or ``law`` compiled, else its function of arrays.
+    """Return an item for compiled loops to call: its ``step`` or ``law`` compiled, else its function of arrays.
 
     Raises
     ------

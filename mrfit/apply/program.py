@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.apply import chain as columns
-from mrfit.apply.chain import Chain
+from mrfit.apply.chain import Chain, Places
 from mrfit.apply.damper import Damper
 from mrfit.apply.plain import entry_for
 from mrfit.core import registry
@@ -60,7 +60,9 @@ class Program:
         self.channels = tuple(dict.fromkeys((*needed, *more)))
         # a channel of use where another part brings it
         self.unasked = frozenset(more) - frozenset(needed)
-        self._rows: list[list[int]] = []
+        self._rows: list[dict[str, int]] = []
+        self._rings: list[tuple[dict[str, int], float]] = []
+        self._place = len(self.channels)
         self._wires: list[int] = []
         self._params: list[float] = []
         self.chain = self._made(held)
@@ -98,104 +100,95 @@ class Program:
         return [("hammerstein-wiener", filters[0], m)], [("hammerstein-wiener", filters[1], h)]
 
     def _made(self, held: bool) -> Chain:
-        number, spec = len(self.channels), self._module.SPEC
-        sizes = dict.fromkeys(range(16), -1)
-        place, rings = number, list[tuple[int, float]]()
-        laws, bounds, (pieces, edges, nodes) = self._laws()
+        number, count, current = len(self.channels), len(self._module.SPEC.params), self.channels.index("current")
+        laws, factors, (pieces, edges, nodes) = self._laws()
         late: list[tuple[str, Any, Array]] = [e for e in self.effects if isinstance(e[1], MovesDrive)]
         dead = late[0][1].longest(tuple(late[0][2])) if late else 0.0
         middle = bool(late) and late[0][1].needs_middles(late[0][2])
-        twice = (0, 1) if middle else (0,)
+        own, block, lag = [-1, -1], [-1, -1], -1
         for _, module, theta in (*self.effects, *self._before):
             if module.SPEC.slot in _KINDS:
-                place = self._add(module, theta, _KINDS[module.SPEC.slot], place, rings)
-        for k in twice:
-            sizes[columns.BLOCK + k] = place
-            sizes[columns.OWN + k] = len(self._rows)
-            theta = np.array([self._nodes[p.name][0] for p in spec.params])
-            place = self._add(self._module, theta, columns.BASE, place + number + len(spec.params), rings)
+                self._add(module, theta, _KINDS[module.SPEC.slot])
+        for k in (0, 1) if middle else (0,):
+            own[k], block[k] = len(self._rows), self._place
+            self._place += number + count
+            self._add(self._module, np.array([self._nodes[n][0] for n in self._module.SPEC.names]), columns.BASE)
             for _, module, theta in self.effects:
                 if module.SPEC.slot == "add" and not self._behind:
-                    place = self._add(module, theta, columns.ADD + k, place, rings)
-        sizes[columns.LENGTH], place = place, place + 1
+                    self._add(module, theta, columns.ADD + k)
+        length, self._place = self._place, self._place + 1
         for _, module, theta in (*self._behind, *self.effects):
             if module.SPEC.slot == "add" and self._behind:
-                place = self._add(module, theta, columns.TERM, place, rings)
+                self._add(module, theta, columns.TERM)
             elif module.SPEC.slot == "output":
-                shaping = not isinstance(module, HasStep)
                 if isinstance(module, MovesDrive) and middle:
-                    sizes[columns.LAG] = len(self._rows)
-                place = self._add(module, theta, columns.SHAPE if shaping else columns.OUTPUT, place, rings)
+                    lag = len(self._rows)
+                self._add(module, theta, columns.OUTPUT if isinstance(module, HasStep) else columns.SHAPING)
+        moved = len(self._rows) if dead > 0.0 else -1
         if dead > 0.0:
-            sizes[columns.DEAD] = len(self._rows)
-            place = self._moved(dead, place, rings)
-        sizes[columns.SMALL] = place
-        for row, longest in rings:
-            own = self._rows[row]
-            own[columns.RING], own[columns.PLACES] = place, math.ceil(longest / self._shortest) + SPARE
-            place += RESERVED + own[columns.NUMBERS] + own[columns.PLACES] * (own[columns.LATE] + 1)
-        lagging = [r for r in self._rows if r[columns.KIND] == columns.INPUT and r[columns.STATES] > 0]
-        direct = self.channels.index("current") not in [r[columns.CHANNEL] for r in lagging]
-        sizes |= {
-            columns.WHOLE: place,
-            columns.DIRECT: int(held and direct),
-            columns.HELD: int(held),
-            columns.CHANNELS: number,
-        }
-        sizes |= {columns.CURRENT: self.channels.index("current"), columns.COUNT: len(spec.params)}
-        start = 2 * columns.WIRED + 2 * len(spec.params)
-        sizes |= {columns.ENDS: start, columns.WORK: start + 4 * number}
+            self._add_dead_time(dead)
+        small = self._place
+        for row, longest in self._rings:
+            row |= {"ring": self._place, "places": math.ceil(longest / self._shortest) + SPARE}
+            self._place += RESERVED + row["numbers"] + row["places"] * (row["late"] + 1)
+        lagging = [r["channel"] for r in self._rows if r["kind"] == columns.INPUT and r["states"] > 0]
+        ends = 2 * columns.WIRED + 2 * count
+        places = Places(
+            number, current, count, (own[0], own[1]), (block[0], block[1]), small, self._place, held,
+            held and current not in lagging, length, moved, lag, ends, ends + 4 * number,
+        )  # fmt: skip
         dependence = self._damper.dependence
         extent = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
+        bounds = np.array([[p.low, p.high] for p in self._module.SPEC.params])
+        rows = [tuple(row[name] for name in columns.ELEMENT.names or ()) for row in self._rows]
         return Chain(
-            np.array(self._rows, dtype=np.int64), np.array([*self._wires, 0], dtype=np.int64),
-            np.array([*self._params, 0.0]), laws, bounds, pieces, edges, nodes,
-            np.array([sizes[k] for k in range(16)], dtype=np.int64), np.array(extent),
+            np.array(rows, columns.ELEMENT), np.array([*self._wires, 0], dtype=np.int64),
+            np.array([*self._params, 0.0]), laws, factors, bounds, pieces, edges, nodes, places, np.array(extent),
         )  # fmt: skip
 
-    def _add(self, item: Any, theta: Array, kind: int, place: int, rings: list[tuple[int, float]]) -> int:
-        """Add an element whose states begin at a place; return the place behind them."""
-        entry = entry_for(item)
-        row = [0] * columns.COLUMNS
-        row[columns.ADDRESS], row[columns.KIND] = entry.address, kind
-        row[columns.WIRES], row[columns.WIRE] = len(entry.inputs), len(self._wires)
-        self._wires += [self.channels.index(n) if n else -1 for n in entry.inputs]
-        row[columns.LAST], row[columns.STATE], row[columns.STATES] = place, place + 1, entry.state
-        row[columns.PARAM], row[columns.LATE], row[columns.NUMBERS] = len(self._params), entry.late, entry.own
-        row[columns.CHANNEL] = self.channels.index(entry.inputs[-1]) if entry.inputs and entry.inputs[-1] else -1
-        if kind != columns.BASE:
-            self._params += [*theta, *theta]
-        if entry.late or entry.own:
-            rings.append((len(self._rows), float(item.longest(tuple(theta))) if entry.late else 0.0))
-        self._rows.append(row)
-        return place + 1 + (0 if kind == columns.FACTORS else entry.state)
+    def _add(self, item: Any, theta: Array, kind: int) -> None:
+        """Add an element."""
+        entry, place, first = entry_for(item), self._place, len(self._params)
+        replaced = self.channels.index(entry.inputs[-1]) if entry.inputs and entry.inputs[-1] else -1
+        wires = [self.channels.index(n) if n else -1 for n in entry.inputs]
+        own = {"address": entry.address, "kind": kind, "channel": replaced, "param": first, "last": place}
+        own |= {"state": place + 1, "states": entry.state, "late": entry.late, "numbers": entry.own}
+        self._params += [*theta, *theta] if kind != columns.BASE else []
+        self._place += 1 + (0 if kind == columns.FACTORS else entry.state)
+        longest = float(item.longest(tuple(theta))) if entry.late else 0.0
+        self._put(own, wires, longest if entry.late or entry.own else None)
 
-    def _moved(self, dead: float, place: int, rings: list[tuple[int, float]]) -> int:
+    def _put(self, own: dict[str, int], wires: list[int], longest: float | None) -> None:
+        """Add a row with its wires; with how far back in s it needs its past, None without one."""
+        row = dict.fromkeys(columns.ELEMENT.names or (), 0) | own | {"wires": len(wires), "wire": len(self._wires)}
+        self._wires += wires
+        self._rows.append(row)
+        if longest is not None:
+            self._rings.append((row, longest))
+
+    def _add_dead_time(self, dead: float) -> None:
         """Add the dead time, which keeps all channels: motions are smooth, levels may be switched, others stay."""
-        row = [0] * columns.COLUMNS
-        row[columns.KIND], row[columns.STATE], row[columns.WIRE] = columns.DELAY, place, len(self._wires)
-        row[columns.PARAM], row[columns.LATE] = len(self._params), len(self.channels)
-        self._wires += [-1 if n not in CHANNELS else 0 if n in LEVELS else 1 for n in self.channels]
+        own = {"kind": columns.DELAY, "state": self._place, "param": len(self._params), "late": len(self.channels)}
         self._params.append(dead)
-        rings.append((len(self._rows), dead + 3.0 * self._shortest))
-        self._rows.append(row)
-        return place + len(self.channels)
+        self._place += len(self.channels)
+        wires = [-1 if n not in CHANNELS else 0 if n in LEVELS else 1 for n in self.channels]
+        self._put(own, wires, dead + 3.0 * self._shortest)
 
-    def _laws(self) -> tuple[Index, Array, tuple[Index, Array, Array]]:
-        """Return how every parameter of the base depends on current: rows of ``laws``, bounds, and tables of pieces."""
+    def _laws(self) -> tuple[Any, Index, tuple[Index, Array, Array]]:
+        """Return the laws of current of the base's parameters, factors on them, and tables of the laws' pieces."""
         spec, dependence = self._module.SPEC, self._damper.dependence
         orders = dict(dependence.orders) if dependence else {}
         distinct = list(dict.fromkeys(o for o in orders.values() if o))
         roles = [getattr(m, "ROLES", ()) for _, m, _ in self.effects if m.SPEC.slot == "theta"]
-        laws = []
+        laws, factors = list[tuple[int, int, int]](), list[list[int]]()
         for p in spec.params:
             order = orders.get(p.name, 0)
             log = bool(order) and logarithmic(spec, p, order)
             held = bool(order) and not log and p.low > 0.0 and p.name not in spec.linear
-            form = columns.LOG if log else columns.BOUNDED if held else columns.PLAIN
+            form = columns.LOG_LAW if log else columns.BOUNDED_LAW if held else columns.PLAIN_LAW
             nodes = self._nodes[p.name]
-            factors = [own.index(p.role) if p.role in own else -1 for own in roles]
-            laws.append([distinct.index(order) if order else -1, form, len(self._params), *factors])
+            factors.append([own.index(p.role) if p.role in own else -1 for own in roles])
+            laws.append((distinct.index(order) if order else -1, form, len(self._params)))
             self._params += (np.log(nodes) if log else nodes).tolist()
         pieces, edges, nodes_of = list[list[int]](), list[list[float]](), list[Array]()
         for k, order in enumerate(distinct):
@@ -209,5 +202,4 @@ class Program:
             np.array(pieces, dtype=np.int64).reshape(-1, 3), np.array(edges, dtype=np.float64).reshape(-1, 3),
             np.array(nodes_of, dtype=np.float64).reshape(-1, 5),
         )  # fmt: skip
-        limits = np.array([[p.low, p.high] for p in spec.params])
-        return np.array(laws, dtype=np.int64), limits, tables
+        return np.array(laws, columns.LAW), np.array(factors, dtype=np.int64).reshape(len(laws), -1), tables

@@ -70,7 +70,7 @@ class QuarterCar:
 
     @property
     def findings(self) -> list[str]:
-        """What is to be said in words: chatter and its cause, and where fixed and adaptive steps disagree."""
+        """Findings in words: chatter and its cause, and disagreement of fixed and adaptive steps."""
         found = [*self._limits(), *_chatter_in_words(self.rows, _branches(self.damper))]
         by_control = {
             row.control: row for row in self.rows if row.lag == self.rows[0].lag and row.road == self.rows[0].road
@@ -98,7 +98,7 @@ class QuarterCar:
         return found
 
     def _limits(self) -> list[str]:
-        """Return where the rides leave what the damper was tested in, and what a linear tyre can do."""
+        """Return warnings of rides beyond the damper's tests, and beyond a linear tyre."""
         said = beyond_tests(
             self.damper, [Moved(f"{r.control.name} on {r.road.name}", r.travel, r.speed) for r in self.rides]
         )
@@ -163,7 +163,7 @@ def _rides(rows: Sequence[RideRow]) -> str:
 
 
 def _kinds(rows: Sequence[RideRow]) -> list[str]:
-    """Return what rides of one kind do, in words."""
+    """Return the behaviour of rides of one kind in words."""
     several, kinds, s = [row.chatter for row in rows], [], "s" if len(rows) == 1 else ""
     if several[0].found:
         share, swing = _span([100.0 * c.share for c in several], 0), _span([c.swing for c in several], 3)

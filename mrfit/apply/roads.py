@@ -21,11 +21,11 @@ class Road(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in tables."""
+        """Name in tables."""
 
     @property
     def duration(self) -> float:
-        """How long it is driven, in s."""
+        """Duration of the drive in s."""
 
     @property
     def ends(self) -> float:
@@ -58,12 +58,12 @@ class Bump:
 
     @property
     def name(self) -> str:
-        """What it is called in tables."""
+        """Name in tables."""
         return f"bump {1e3 * self.rise:g} mm"
 
     @property
     def ends(self) -> float:
-        """When the wheel has left it."""
+        """Time at which the wheel has left it."""
         return self.start + self.length / self.speed
 
     @property
@@ -103,7 +103,7 @@ class RandomRoad:
 
     @property
     def name(self) -> str:
-        """What it is called in tables."""
+        """Name in tables."""
         return f"ISO 8608 {self.grade}"
 
     @property
@@ -113,7 +113,7 @@ class RandomRoad:
 
     @property
     def settled(self) -> float:
-        """Where it has its full height."""
+        """Time at which it has its full height."""
         return min(ENTRY, self.duration)
 
     @property
@@ -146,7 +146,7 @@ class Sweep:
 
     @property
     def name(self) -> str:
-        """What it is called in tables."""
+        """Name in tables."""
         return f"sweep {self.low:g} to {self.high:g} Hz"
 
     @property
@@ -161,7 +161,7 @@ class Sweep:
 
     @property
     def top(self) -> float:
-        """Where it ends."""
+        """Frequency at its end."""
         return self.high
 
     def height(self, t: Array) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mrfit.apply.chain import followed
 from mrfit.apply.damper import Damper
-from mrfit.apply.following import INVERTED, inverted
+from mrfit.apply.following import inverted
 from mrfit.apply.inverse import FLAGS, Inverter, prompt
 from mrfit.apply.solving import REACHED
 from mrfit.apply.stepper import Stepper
@@ -92,7 +92,7 @@ class Inversion:
 
     @property
     def summary(self) -> InversionRow:
-        """What is printed and stands in the JSON file, there with the motion's name."""
+        """Numbers that are printed and stand in the JSON file, there with the motion's name."""
         reached = self.flag == REACHED
         free = self.free
         off = np.abs(self.force - self.desired)
@@ -155,7 +155,7 @@ def inversion(
     asked = whole.undone(desired[None], dt)[0] if behind else desired
     start = min(max(damper.low, 0.0), damper.high)
     given = stepper.complete({**motion, "current": np.full(len(desired), start)})
-    state, found = stepper.rest(_first(motion, start))[0], np.empty((len(desired), INVERTED))
+    state, found = stepper.rest(_first(motion, start))[0], np.empty((len(desired), 7))
     for first in range(0, len(desired), _BLOCK):
         block = slice(first, first + _BLOCK)
         found[block] = inverted(stepper.chain, inverter.inverse, state, given[block], asked[block], dt)

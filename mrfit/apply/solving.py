@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import CURRENT, SMALL, WORK, Chain, inputs, step
-from mrfit.core.specs import Array, Index
+from mrfit.apply.chain import Chain, Trial, inputs, step, trial_of
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 
 REACHED, BELOW, ABOVE, BETWEEN = 0.0, -1.0, 1.0, 2.0
@@ -21,59 +21,53 @@ _CANDIDATES = 2
 # Difference of current for Newton's slope, as a share of a piece
 _DIFFERENCE = 1e-7
 _SHARE = (math.sqrt(5.0) - 1.0) / 2.0
+Ends = tuple[float, float, float, float]
+
+
+class Limits(NamedTuple):
+    """Limits of the command: least and greatest in A, rate in A/s, coil and amplifier in V, ohm and H; nan for none."""
+
+    low: float
+    high: float
+    rate: float
+    voltage: float
+    resistance: float
+    inductance: float
 
 
 class Inverse(NamedTuple):
-    """What an inverse needs beside a chain.
+    """The currents among which an inverse searches.
 
     Attributes
     ----------
     grid
         Currents in A at which the force is looked at, ``points`` for each piece of the range.
-    points
-        Shape (1,).
-    flags
-        Whether the force is a polynomial on each piece; whether the current has a memory, shape (2,).
+    explicit, lagging
+        Whether the force is a polynomial on each piece; whether the current has a memory.
     limits
-        Of the command: least and greatest in A, rate in A/s, voltage (V), resistance (ohm), inductance (H); nan for
-        none.
+        Of the command.
     """
 
     grid: Array
-    points: Index
-    flags: Index
-    limits: Array
-
-
-class Site(NamedTuple):
-    """A step that is tried: from a state to channels, and room to work in."""
-
-    state: Array
-    given: Array
-    after: Array
-    work: Array
+    points: int
+    explicit: bool
+    lagging: bool
+    limits: Limits
 
 
 @kernel
-def site_of(chain: Chain, state: Array, given: Array) -> Site:
-    """Return a step to be tried."""
-    return Site(state, given, np.empty(chain.sizes[SMALL]), np.empty(chain.sizes[WORK]))
-
-
-@kernel
-def _value(chain: Chain, site: Site, dt: float, at: float, coil: bool) -> float:
-    """Return the force where the base sees a current, or what it sees of a command."""
+def _value(chain: Chain, site: Trial, dt: float, at: float, coil: bool) -> float:
+    """Return the force where the base sees a current, or the current that it sees of a command."""
     if not coil:
-        return step(chain, site.state, site.given, dt, at, site.after, site.work)[1]
-    site.given[chain.sizes[CURRENT]] = at
-    return inputs(chain, site.state, site.given, dt, site.after, site.work)
+        return step(chain, site, dt, at)[1]
+    site.given[chain.places.current] = at
+    return inputs(chain, site, dt)
 
 
 @kernel
-def _root(  # noqa: PLR0913
-    chain: Chain, site: Site, dt: float, low: float, high: float, f_low: float, f_high: float, target: float, coil: bool
-) -> float:
-    """Return where ``_value``, on either side of the target at two ends, takes it: Newton's steps, else bisection."""
+def _root(chain: Chain, site: Trial, dt: float, ends: Ends, target: float, coil: bool) -> float:
+    """Return the place of a target between two ends of ``_value``: Newton's steps, else bisection."""
+    low, high, f_low, f_high = ends
     rising, first, last = f_high > f_low, low, high
     share = min(max((target - f_low) / (f_high - f_low), 0.0), 1.0) if f_high != f_low else 0.5
     at = low + share * (high - low)
@@ -112,9 +106,14 @@ def _least_root(bend: float, slope: float, rest: float) -> float:
 
 
 @kernel
-def _extremum(chain: Chain, site: Site, dt: float, grid: Array, values: Array, best: int, count: int, sign: float
-              ) -> tuple[float, float]:  # fmt: skip
-    """Return an extremum beside a point of the grid and its force, by golden section; nan where there is none."""
+def _extremum(
+    chain: Chain, inverse: Inverse, site: Trial, dt: float, values: Array, wanted: tuple[int, float]
+) -> tuple[float, float]:
+    """Return an extremum beside a point of the grid and its force, by golden section; nan where there is none.
+
+    ``wanted`` is the point, and 1.0 for a maximum or -1.0 for a minimum.
+    """
+    grid, count, (best, sign) = inverse.grid, inverse.points, wanted
     own = best % count
     middle = best + (1 if own == 0 else 0) - (1 if own == count - 1 else 0)
     x0, x1, x2 = grid[middle - 1], grid[middle], grid[middle + 1]
@@ -136,10 +135,10 @@ def _extremum(chain: Chain, site: Site, dt: float, grid: Array, values: Array, b
 
 
 @kernel
-def _sharpened(chain: Chain, inverse: Inverse, site: Site, dt: float, values: Array, desired: float
+def _sharpened(chain: Chain, inverse: Inverse, site: Trial, dt: float, values: Array, desired: float
                ) -> tuple[Array, Array]:  # fmt: skip
     """Return the grid and its forces with the extrema next to the best points, where none passes the force."""
-    grid, count, found = inverse.grid, inverse.points[0], 0
+    grid, found = inverse.grid, 0
     at, given = np.empty(len(grid) + _CANDIDATES), np.empty(len(grid) + _CANDIDATES)
     at[: len(grid)], given[: len(grid)] = grid, values
     sign = 1.0 if desired > values.max() else -1.0
@@ -152,7 +151,7 @@ def _sharpened(chain: Chain, inverse: Inverse, site: Site, dt: float, values: Ar
             if lowest and left[k] < nearest and k != chosen[0]:
                 nearest, chosen[candidate] = left[k], k
         if chosen[candidate] >= 0:
-            peak, force = _extremum(chain, site, dt, grid, values, chosen[candidate], count, sign)
+            peak, force = _extremum(chain, inverse, site, dt, values, (chosen[candidate], sign))
             if peak == peak:
                 at[len(grid) + found], given[len(grid) + found] = peak, force
                 found += 1
@@ -176,14 +175,14 @@ def _by_formula(inverse: Inverse, values: Array, desired: float) -> tuple[float,
 
 
 @kernel
-def solve(chain: Chain, inverse: Inverse, site: Site, dt: float, desired: float
+def solve(chain: Chain, inverse: Inverse, site: Trial, dt: float, desired: float
           ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Return current, force, least and greatest force, and a flag, see ``inverse.Solution``."""
     at, values = inverse.grid, np.empty(len(inverse.grid))
     for k in range(len(at)):
         values[k] = _value(chain, site, dt, at[k], False)
     found = math.nan
-    if inverse.flags[0] > 0:
+    if inverse.explicit:
         found, extrema = _by_formula(inverse, values, desired)
         beside = np.empty(len(extrema))
         for k in range(len(extrema)):
@@ -196,7 +195,7 @@ def solve(chain: Chain, inverse: Inverse, site: Site, dt: float, desired: float
             # two points of different pieces are one current, where the force may jump
             passing = (values[k] >= desired) != (values[k + 1] >= desired)
             if passing and at[k + 1] - at[k] > 1e-12 * max(1.0, abs(at[len(at) - 1])):
-                found = _root(chain, site, dt, at[k], at[k + 1], values[k], values[k + 1], desired, False)
+                found = _root(chain, site, dt, (at[k], at[k + 1], values[k], values[k + 1]), desired, False)
                 break
     field = found
     if not found == found:
@@ -227,15 +226,15 @@ def allowed(inverse: Inverse, before: float, dt: float) -> tuple[float, float]:
 
 
 @kernel
-def command(chain: Chain, inverse: Inverse, site: Site, dt: float, field: float) -> float:
+def command(chain: Chain, inverse: Inverse, site: Trial, dt: float, field: float) -> float:
     """Return the command in A, held over the step, at whose end the base sees a current, or is nearest to it."""
-    low, high = allowed(inverse, site.state[chain.sizes[CURRENT]], dt)
-    if inverse.flags[1] == 0:
+    low, high = allowed(inverse, site.state[chain.places.current], dt)
+    if not inverse.lagging:
         return min(max(field, low), high)
     at_low, at_high = _value(chain, site, dt, low, True), _value(chain, site, dt, high, True)
     if field <= at_low or field >= at_high:
         return low if field <= at_low else high
-    return _root(chain, site, dt, low, high, at_low, at_high, field, True)
+    return _root(chain, site, dt, (low, high, at_low, at_high), field, True)
 
 
 @kernel
@@ -243,9 +242,7 @@ def solved(chain: Chain, inverse: Inverse, states: Array, given: Array, dt: floa
     """Return ``solve`` of many lanes, from states (B, S) to channels (B, C), (B, 5)."""
     found = np.empty((len(states), 5))
     for b in range(len(states)):
-        one = solve(chain, inverse, site_of(chain, states[b], given[b].copy()), dt, desired[b])
-        for k in range(5):
-            found[b, k] = one[k]
+        found[b] = solve(chain, inverse, trial_of(chain, states[b], given[b].copy()), dt, desired[b])
     return found
 
 
@@ -254,5 +251,5 @@ def commanded(chain: Chain, inverse: Inverse, states: Array, given: Array, dt: f
     """Return ``command`` of many lanes, (B,)."""
     found = np.empty(len(states))
     for b in range(len(states)):
-        found[b] = command(chain, inverse, site_of(chain, states[b], given[b].copy()), dt, fields[b])
+        found[b] = command(chain, inverse, trial_of(chain, states[b], given[b].copy()), dt, fields[b])
     return found

@@ -1,4 +1,4 @@
-"""What the commands of ``mrfit apply`` leave in a workspace: ``apply/``, a page and the numbers behind it."""
+"""Results of the commands of ``mrfit apply`` in a workspace: ``apply/``, a page and the numbers behind it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -82,7 +82,7 @@ def lag_column(there: bool) -> dict[str, Callable[[Any], Any]]:
 
 
 def notes_of(one: Inversion) -> list[str]:
-    """Return what is to be said of how currents were found."""
+    """Return remarks on the method that found currents."""
     notes = [
         "Currents were found in closed form: the force is a polynomial of current."
         if one.explicit

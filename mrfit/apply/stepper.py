@@ -54,10 +54,9 @@ class Stepper:
         self.damper, self.shortest = damper, shortest
         self.program = Program(damper, held, shortest)
         self.chain, self.inputs = self.program.chain, self.program.channels
-        rows = self.chain.elements
         self.behind = tuple(name for name, _, _ in self.program.behind)
         self.lagging = tuple(name for name, _, _ in self.program.before)
-        self.bends = bool((rows[:, columns.KIND] == columns.SHAPE).any())
+        self.bends = bool((self.chain.elements["kind"] == columns.SHAPING).any())
 
     def complete(self, channels: Channels) -> Array:
         """Return the channels that the model needs, (B, C), those that nobody gave at their usual value.
@@ -77,7 +76,7 @@ class Stepper:
     def rest(self, channels: Channels) -> Array:
         """Return the states (B, S) of dampers that have stood still at these channels (B,)."""
         given = self.complete(channels)
-        nothing = np.zeros((len(given), int(self.chain.sizes[columns.WHOLE])))
+        nothing = np.zeros((len(given), self.chain.places.whole))
         return advanced(self.chain, nothing, given, -1.0, np.full(len(given), np.nan))[1]
 
     def step(self, state: Array, channels: Channels, dt: float, field: Array | None = None) -> Step:

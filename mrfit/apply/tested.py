@@ -1,4 +1,4 @@
-"""Where a motion leaves the one that a damper was tested in."""
+"""Motions beyond those that a damper was tested in."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

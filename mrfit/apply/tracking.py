@@ -1,4 +1,4 @@
-"""How well a damper tracks desired forces: schemes of control, errors by region, and what the current's lag costs.
+"""Errors of a damper that tracks desired forces: schemes of control, errors by region, and costs of the current's lag.
 
 The wanted current is the inverse's, within the inverse-tanh paper's eq. 10: the least current where the desired force
 would push or is less than the damper's least, the greatest where it is more than its greatest. Regions are the paper's:
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
-from mrfit.apply.following import TRACKED, Lane, tracked
+from mrfit.apply.following import Course, Lane, Scheme, tracked
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
@@ -166,7 +166,7 @@ class TrackingStudy:
 
     @property
     def notes(self) -> list[str]:
-        """What the errors do not show: a plant that is the model itself, motions that leave the fit's tests."""
+        """Limits of the errors: a plant that is the model itself, motions that leave the fit's tests."""
         alone = self.plant == self.damper
         lag = "those of lag and limits alone" if self.lag_costs else "those of the scheme alone"
         said = f"The plant is the model itself: errors are {lag}, not the model's. Another fit as plant shows those."
@@ -189,7 +189,7 @@ class TrackingStudy:
 
     @property
     def lag_costs(self) -> list[LagCost]:
-        """What the lag costs: the error of every case beside that of the same without lag."""
+        """Costs of the lag: the error of every case beside that of the same without lag."""
         without = {(c.motion, c.law, c.scheme): c.error for c in self.cases if not c.lag}
         return [
             LagCost(motion=c.motion, law=c.law, scheme=c.scheme, error=c.error, without_lag=without[key])
@@ -219,7 +219,7 @@ class Demand:
 
 
 def demands_of(laws: Sequence[Law], motion: Motion, damper: Damper) -> list[Demand]:
-    """Return what laws want at a motion."""
+    """Return the forces of laws at a motion."""
     x, v, _ = damper.motion
     return [Demand(law.name, law.force(motion.channels[x], motion.channels[v])) for law in laws]
 
@@ -312,21 +312,23 @@ class _Loop:
         motion, low, model = self.motion, self.damper.low, self.inverter.stepper
         held = {**motion.channels, "current": np.full(motion.samples, low)}
         start = {n: c[:1] for n, c in held.items()}
-        flags = scheme in ("feedback", "both"), scheme != "feedback", scheme == "uninverted", self.behind
+        proportional, integral = self.gains
+        chosen = Scheme(
+            scheme in ("feedback", "both"), scheme != "feedback", scheme == "uninverted", self.behind,
+            float(proportional), float(integral), self.ahead, float(low),
+        )  # fmt: skip
         lane = Lane(
             model.chain, self.inverter.inverse, self.plant.chain, model.complete(held), self.plant.complete(held),
             np.ascontiguousarray(demand.force, dtype=np.float64), self.asked[id(demand)].copy(),
-            np.array([*flags, *self.gains, self.ahead, low], dtype=np.float64),
-            model.rest(start)[0], self.plant.rest(start)[0],
+            chosen, model.rest(start)[0], self.plant.rest(start)[0],
         )  # fmt: skip
-        kept = np.zeros((len(TRACKED), motion.samples))
-        tracked(lane, motion.dt, 0, motion.samples, kept, np.zeros(2))
-        own = dict(zip(TRACKED, kept, strict=True))
-        region = regions(own["wanted"], own["saturated"] > 0.0, own["force"], own["feasible"])
+        own = Course(*np.zeros((len(Course._fields), motion.samples)))
+        tracked(lane, motion.dt, own)
+        region = regions(own.wanted, own.saturated > 0.0, own.force, own.feasible)
         self.cases.append(
             Tracking(
-                motion.name, demand.law, scheme, self.lag, motion.time, demand.force, own["feasible"], own["force"],
-                own["wanted"], own["command"], own["field"], region, motion.channels[self.damper.motion[1]],
+                motion.name, demand.law, scheme, self.lag, motion.time, demand.force, own.feasible, own.force,
+                own.wanted, own.command, own.field, region, motion.channels[self.damper.motion[1]],
             )
         )  # fmt: skip
 

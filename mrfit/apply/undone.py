@@ -1,4 +1,4 @@
-"""What lies behind a force undone: the forces before delays and filters of those wanted behind them, known ahead."""
+"""Inverse of delays and filters: the forces before them of those wanted behind them, known ahead."""
 
 from collections.abc import Sequence
 from typing import Any

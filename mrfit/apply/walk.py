@@ -8,25 +8,62 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import CURRENT, SMALL, WHOLE, WORK, Chain, commit, inputs, step
-from mrfit.apply.solving import Inverse, Site, command, solve
+from mrfit.apply.chain import Chain, Trial, commit, inputs, step
+from mrfit.apply.solving import Inverse, command, solve
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
 
-PASSIVE_LOW, PASSIVE_HIGH, ON_OFF, SKYHOOK, GROUNDHOOK, HYBRID = range(6)
-# Entries of ``Setup.car`` and ``Setup.control``
-SPRUNG, UNSPRUNG, SPRING, TYRE, TYRE_DAMPING, SOFT, REST = range(7)
-NAME, DAMPING, PORTION, SAMPLE, STEPS, LOW, HIGH = range(7)
-# Rows of what is kept
-ACCELERATION, LOAD, TRAVEL, SPEED, BODY, WHEEL, FORCE, COMMAND, FIELD, KEPT = range(10)
+# Controls, in the order of ``car.CONTROLS``
+_PASSIVE_HIGH, _ON_OFF, _SKYHOOK, _HYBRID = 1, 2, 3, 5
 # Beyond these heights and velocities the steps were too long
 _BOUND = 1e3
 # Of the adaptive steps: tolerances, and how many there may be in a sample interval
-TOLERANCE, MOST_STEPS, _SHORTEST = 1e-6, 30, 0.01
+_TOLERANCE, _MOST_STEPS, _SHORTEST = 1e-6, 30, 0.01
+
+
+class QuarterCarNumbers(NamedTuple):
+    """A car's masses in kg, spring and tyre in N/m, tyre's damping in N*s/m.
+
+    ``soft`` is the velocity in m/s about standstill in which the damper's force fades, ``rest`` that force at rest, N.
+    """
+
+    sprung: float
+    unsprung: float
+    spring: float
+    tyre: float
+    tyre_damping: float
+    soft: float
+    rest: float
+
+
+class ControlNumbers(NamedTuple):
+    """A control's number, damping in N*s/m and share of skyhook; sample time in s, steps in it, range in A."""
+
+    name: int
+    damping: float
+    share: float
+    sample: float
+    steps: int
+    low: float
+    high: float
+
+
+class Course(NamedTuple):
+    """Samples of a ride, (M,) each, in the order of ``car.Ride``."""
+
+    acceleration: Array
+    load: Array
+    travel: Array
+    speed: Array
+    body: Array
+    wheel: Array
+    force: Array
+    command: Array
+    field: Array
 
 
 class Setup(NamedTuple):
-    """What does not change on the way.
+    """A ride: all that holds on the way.
 
     Attributes
     ----------
@@ -39,9 +76,11 @@ class Setup(NamedTuple):
     usual
         Channels that stay as they are, shape (C,).
     car, control
-        Numbers, as named above.
+        Numbers of both.
     road
         Height in m and its rate in m/s at steps and half-way between them, shape (2, M).
+    course
+        Filled on the way.
     """
 
     chain: Chain
@@ -50,170 +89,182 @@ class Setup(NamedTuple):
     coil_inverse: Inverse
     motion: Index
     usual: Array
-    car: Array
-    control: Array
+    car: QuarterCarNumbers
+    control: ControlNumbers
     road: Array
+    course: Course
 
 
 class Way(NamedTuple):
-    """Where a car is: heights and velocities (4,), their rates (4,), states of damper and coil, force, field, command.
+    """A car under way.
 
-    The last three are in ``now``, behind them the adaptive step's size in s and the evaluations of the force.
+    Attributes
+    ----------
+    y, rates
+        Heights and velocities (4,), and their rates.
+    damper, coil
+        Steps that both try.
+    now
+        Force, field, command, the adaptive step's size in s and the evaluations of the force, (5,).
     """
 
     y: Array
     rates: Array
-    state: Array
-    coil: Array
+    damper: Trial
+    coil: Trial
     now: Array
-    after: Array
-    work: Array
-    given: Array
+
+
+@kernel
+def _faded(setup: Setup, v: float, force: float) -> float:
+    """Return a force less that at rest, faded out about standstill if the damper is soft there."""
+    moved, soft = force - setup.car.rest, setup.car.soft
+    return moved * -math.expm1(-((v / soft) ** 2)) if soft > 0.0 else moved
+
+
+@kernel
+def _wheel(setup: Setup, y: Array, road: tuple[float, float]) -> tuple[float, float]:
+    """Return height and velocity of the wheel, the road's if it is rigid."""
+    return (y[2], y[3]) if setup.car.unsprung > 0.0 else road
 
 
 @kernel
 def _slope(setup: Setup, y: Array, road: tuple[float, float], force: float, rates: Array) -> None:
-    """Write the rates of heights and velocities under a damper's force, faded out about standstill if it is soft."""
-    car = setup.car
-    rolling = car[UNSPRUNG] > 0.0
-    zu, vu = (y[2], y[3]) if rolling else road
-    moved = force - car[REST]
-    if car[SOFT] > 0.0:
-        moved *= -math.expm1(-(((y[1] - vu) / car[SOFT]) ** 2))
-    spring = car[SPRING] * (y[0] - zu) + moved
-    rates[0], rates[1], rates[2], rates[3] = y[1], -spring / car[SPRUNG], 0.0, 0.0
-    if rolling:
-        tyre = car[TYRE] * (zu - road[0]) + car[TYRE_DAMPING] * (vu - road[1])
-        rates[2], rates[3] = vu, (spring - tyre) / car[UNSPRUNG]
+    """Write the rates of heights and velocities under a damper's force."""
+    car, (zu, vu) = setup.car, _wheel(setup, y, road)
+    spring = car.spring * (y[0] - zu) + _faded(setup, y[1] - vu, force)
+    rates[0], rates[1], rates[2], rates[3] = y[1], -spring / car.sprung, 0.0, 0.0
+    if car.unsprung > 0.0:
+        tyre = car.tyre * (zu - road[0]) + car.tyre_damping * (vu - road[1])
+        rates[2], rates[3] = vu, (spring - tyre) / car.unsprung
 
 
 @kernel
-def _channels(setup: Setup, y: Array, road: tuple[float, float], a: float, current: float, given: Array) -> None:
+def _channels(setup: Setup, way: Way, y: Array, road: tuple[float, float], a: float) -> None:
     """Write the damper's channels."""
-    zu, vu = (y[2], y[3]) if setup.car[UNSPRUNG] > 0.0 else road
+    given, (zu, vu) = way.damper.given, _wheel(setup, y, road)
     given[:] = setup.usual
-    given[setup.chain.sizes[CURRENT]] = current
+    given[setup.chain.places.current] = way.now[2]
     for k in range(3):
         if setup.motion[k] >= 0:
             given[setup.motion[k]] = (y[0] - zu, y[1] - vu, a)[k]
 
 
 @kernel
-def _keep(setup: Setup, way: Way, kept: Array, at: int, y: Array, rates: Array, force: float, field: float) -> None:  # noqa: PLR0913
-    car, road = setup.car, (setup.road[0, at], setup.road[1, at])
-    rolling = car[UNSPRUNG] > 0.0
-    zu, vu = (y[2], y[3]) if rolling else road
-    acting = force
-    if car[SOFT] > 0.0:
-        acting = car[REST] - (force - car[REST]) * math.expm1(-(((y[1] - vu) / car[SOFT]) ** 2))
-    kept[ACCELERATION, at], kept[LOAD, at] = rates[1], car[TYRE] * (zu - road[0]) if rolling else 0.0
-    kept[TRAVEL, at], kept[SPEED, at], kept[BODY, at], kept[WHEEL, at] = y[0] - zu, y[1] - vu, y[1], vu
-    kept[FORCE, at], kept[COMMAND, at], kept[FIELD, at] = acting, way.now[2], field
+def _keep(setup: Setup, way: Way, at: int, y: Array, rates: Array, made: tuple[float, float]) -> None:
+    """Keep a sample of the course, of a force and a field."""
+    course, road = setup.course, (setup.road[0, at], setup.road[1, at])
+    zu, vu = _wheel(setup, y, road)
+    course.acceleration[at] = rates[1]
+    course.load[at] = setup.car.tyre * (zu - road[0]) if setup.car.unsprung > 0.0 else 0.0
+    course.travel[at], course.speed[at], course.body[at], course.wheel[at] = y[0] - zu, y[1] - vu, y[1], vu
+    course.force[at] = setup.car.rest + _faded(setup, y[1] - vu, made[0]) if setup.car.soft > 0.0 else made[0]
+    course.command[at], course.field[at] = way.now[2], made[1]
 
 
 @kernel
-def wanted(control: Array, v: float, body: float, wheel: float) -> float:
+def wanted(control: ControlNumbers, v: float, body: float, wheel: float) -> float:
     """Return the force in N that a control wants, 0 where the damper would have to push."""
-    sky = control[DAMPING] * body if body * v > 0.0 else 0.0
-    ground = -control[DAMPING] * wheel if -wheel * v > 0.0 else 0.0
-    if control[NAME] == HYBRID:
-        return float(control[PORTION] * sky + (1.0 - control[PORTION]) * ground)
-    return float(sky if control[NAME] == SKYHOOK else ground)
+    sky = control.damping * body if body * v > 0.0 else 0.0
+    ground = -control.damping * wheel if -wheel * v > 0.0 else 0.0
+    if control.name == _HYBRID:
+        return float(control.share * sky + (1.0 - control.share) * ground)
+    return float(sky if control.name == _SKYHOOK else ground)
 
 
 @kernel
 def _chosen(setup: Setup, way: Way, road: tuple[float, float]) -> None:
     """Choose the command of a sample."""
-    control, y, sample = setup.control, way.y, setup.control[SAMPLE]
-    zu, vu = (y[2], y[3]) if setup.car[UNSPRUNG] > 0.0 else road
+    control, y, sample = setup.control, way.y, setup.control.sample
+    _, vu = _wheel(setup, y, road)
     v, body = y[1] - vu, y[1]
-    if control[NAME] == ON_OFF:
-        way.now[2] = control[HIGH] if body * v >= 0.0 else control[LOW]
-    elif control[NAME] == PASSIVE_HIGH:
-        way.now[2] = control[HIGH]
-    elif control[NAME] >= SKYHOOK:
+    if control.name == _ON_OFF:
+        way.now[2] = control.high if body * v >= 0.0 else control.low
+    elif control.name == _PASSIVE_HIGH:
+        way.now[2] = control.high
+    elif control.name >= _SKYHOOK:
         # as if the motion stayed for a sample: what comes is not known
-        _channels(setup, y, road, way.rates[1] - way.rates[3], way.now[2], way.given)
-        force = wanted(control, v, body, vu) + setup.car[REST]
-        site = Site(way.state, way.given, way.after, way.work)
-        field = solve(setup.chain, setup.inverse, site, sample, force)[0]
-        site = Site(way.coil, way.given, way.after, way.work)
-        way.now[2] = command(setup.coil, setup.coil_inverse, site, sample, field)
-    if setup.coil_inverse.flags[1] > 0:
-        _channels(setup, y, road, 0.0, way.now[2], way.given)
-        for k in range(setup.coil.sizes[SMALL]):
-            way.after[k] = way.coil[k]
-        inputs(setup.coil, way.coil, way.given, sample, way.after, way.work)
-        commit(setup.coil, way.coil, way.after, sample)
+        _channels(setup, way, y, road, way.rates[1] - way.rates[3])
+        force = wanted(control, v, body, vu) + setup.car.rest
+        field = solve(setup.chain, setup.inverse, way.damper, sample, force)[0]
+        way.now[2] = command(setup.coil, setup.coil_inverse, way.coil, sample, field)
+    if setup.coil_inverse.lagging:
+        _channels(setup, way, y, road, 0.0)
+        for k in range(setup.coil.places.small):
+            way.coil.after[k] = way.coil.state[k]
+        inputs(setup.coil, way.coil, sample)
+        commit(setup.coil, way.coil, sample)
 
 
 @kernel
-def _record(setup: Setup, way: Way, kept: Array, k: int) -> None:
-    at = 2 * k * int(setup.control[STEPS])
+def _record(setup: Setup, way: Way, k: int) -> None:
+    at = 2 * k * setup.control.steps
     road = (setup.road[0, at], setup.road[1, at])
     _slope(setup, way.y, road, way.now[0], way.rates)
     _chosen(setup, way, road)
-    _keep(setup, way, kept, at, way.y, way.rates, way.now[0], way.now[1])
+    _keep(setup, way, at, way.y, way.rates, (way.now[0], way.now[1]))
 
 
 @kernel
-def _trial(  # noqa: PLR0913
-    setup: Setup, way: Way, y: Array, road: tuple[float, float], before: Array, dt: float, rates: Array
-) -> tuple[float, float]:
-    """Write the slope where a step of dt ends in y; return force and field there, the state in ``after``."""
+def _trial(
+    setup: Setup, way: Way, y: Array, road: tuple[float, float], before: Array, dt: float
+) -> tuple[Array, tuple[float, float]]:
+    """Return the slope at a step's end in y, and force and field there; the damper's state is left to commit."""
     # the acceleration that a model branches by is the last stage's: its own follows from the force sought
-    _channels(setup, y, road, before[1] - before[3], way.now[2], way.given)
-    force, _, field = step(setup.chain, way.state, way.given, dt, np.nan, way.after, way.work)
+    _channels(setup, way, y, road, before[1] - before[3])
+    force, _, field = step(setup.chain, way.damper, dt, np.nan)
+    rates = np.empty(4)
     _slope(setup, y, road, force, rates)
-    return force, field
+    return rates, (force, field)
 
 
 @kernel
-def _advance(setup: Setup, way: Way, kept: Array, k: int) -> None:
+def _advance(setup: Setup, way: Way, k: int) -> None:
     """Go on to the next sample by steps of the classic Runge-Kutta method."""
-    steps = int(setup.control[STEPS])
-    h = setup.control[SAMPLE] / steps
-    one, two, three, four = way.rates.copy(), np.empty(4), np.empty(4), np.empty(4)
+    steps = setup.control.steps
+    h, one = setup.control.sample / steps, way.rates.copy()
     for j in range(steps):
         at = 2 * (k * steps + j)
         middle, end = (setup.road[0, at + 1], setup.road[1, at + 1]), (setup.road[0, at + 2], setup.road[1, at + 2])
         if j > 0:
             _slope(setup, way.y, (setup.road[0, at], setup.road[1, at]), way.now[0], one)
-            _keep(setup, way, kept, at, way.y, one, way.now[0], way.now[1])
+            _keep(setup, way, at, way.y, one, (way.now[0], way.now[1]))
         inside = way.y + 0.5 * h * one
-        force, field = _trial(setup, way, inside, middle, one, 0.5 * h, two)
+        two, made = _trial(setup, way, inside, middle, one, 0.5 * h)
         # of the two stages there the first, which shows a force that flips from one to the next
-        _keep(setup, way, kept, at + 1, inside, two, force, field)
-        _trial(setup, way, way.y + 0.5 * h * two, middle, two, 0.5 * h, three)
-        _trial(setup, way, way.y + h * three, end, three, h, four)
+        _keep(setup, way, at + 1, inside, two, made)
+        three, _ = _trial(setup, way, way.y + 0.5 * h * two, middle, two, 0.5 * h)
+        four, _ = _trial(setup, way, way.y + h * three, end, three, h)
         way.y[:] = way.y + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-        way.now[0], way.now[1] = _trial(setup, way, way.y, end, four, h, one)
-        commit(setup.chain, way.state, way.after, h)
+        one, made = _trial(setup, way, way.y, end, four, h)
+        way.now[0], way.now[1] = made
+        commit(setup.chain, way.damper, h)
 
 
 @kernel
 def begun(setup: Setup, current: float) -> Way:
     """Return a car at rest on a damper at rest under a command."""
-    room = np.empty(max(setup.chain.sizes[WHOLE], setup.coil.sizes[WHOLE]))
-    work = np.empty(max(setup.chain.sizes[WORK], setup.coil.sizes[WORK]))
-    states = np.zeros(setup.chain.sizes[WHOLE]), np.zeros(setup.coil.sizes[WHOLE])
-    way = Way(np.zeros(4), np.zeros(4), states[0], states[1], np.zeros(5), room, work, setup.usual.copy())
-    way.now[2], way.now[3] = current, setup.control[SAMPLE]
-    _channels(setup, way.y, (0.0, 0.0), 0.0, current, way.given)
-    way.now[0], _, way.now[1] = step(setup.chain, way.state, way.given, -1.0, np.nan, way.after, way.work)
-    commit(setup.chain, way.state, way.after, -1.0)
-    step(setup.coil, way.coil, way.given, -1.0, np.nan, way.after, way.work)
-    commit(setup.coil, way.coil, way.after, -1.0)
+    room, work = max(setup.chain.places.whole, setup.coil.places.whole), setup.chain.places.work
+    after, given, work_room = np.empty(room), setup.usual.copy(), np.empty(max(work, setup.coil.places.work))
+    damper = Trial(np.zeros(setup.chain.places.whole), given, after, work_room)
+    coil = Trial(np.zeros(setup.coil.places.whole), given, after, work_room)
+    way = Way(np.zeros(4), np.zeros(4), damper, coil, np.zeros(5))
+    way.now[2], way.now[3] = current, setup.control.sample
+    _channels(setup, way, way.y, (0.0, 0.0), 0.0)
+    way.now[0], _, way.now[1] = step(setup.chain, way.damper, -1.0, np.nan)
+    commit(setup.chain, way.damper, -1.0)
+    step(setup.coil, way.coil, -1.0, np.nan)
+    commit(setup.coil, way.coil, -1.0)
     return way
 
 
 @kernel
-def driven(setup: Setup, way: Way, kept: Array, first: int, last: int, samples: int) -> int:
+def driven(setup: Setup, way: Way, first: int, last: int, samples: int) -> int:
     """Simulate samples ``first`` to ``last``; return the sample at which the car left all bounds, -1 if it did not."""
     for k in range(first, last):
-        _record(setup, way, kept, k)
+        _record(setup, way, k)
         if k + 1 < samples:
-            _advance(setup, way, kept, k)
+            _advance(setup, way, k)
             if not np.abs(way.y).max() <= _BOUND:
                 return k
     return -1
@@ -232,29 +283,28 @@ def _road_at(road: Array, spacing: float, t: float) -> tuple[float, float]:
 @kernel
 def _adapted(setup: Setup, way: Way, k: int) -> bool:
     """Go on to the next sample by steps of Dormand and Prince; return whether a bounded number sufficed."""
-    sample = setup.control[SAMPLE]
-    spacing = 0.5 * sample / int(setup.control[STEPS])
+    sample = setup.control.sample
+    spacing = 0.5 * sample / setup.control.steps
     start, done, size = k * sample, 0.0, min(way.now[3], sample)
-    stages, y1, fixed = np.empty((7, 4)), np.empty(4), way.rates.copy()
+    stages, y1, fixed, made = np.empty((7, 4)), np.empty(4), way.rates.copy(), (0.0, 0.0)
     stages[0] = way.rates
     scales = np.array([1e-7, 1e-6, 1e-7, 1e-6])
-    for _ in range(MOST_STEPS):
+    for _ in range(_MOST_STEPS):
         while True:
             h = min(size, sample - done)
             for s in range(1, 7):
                 y1[:] = way.y
                 for j in range(s):
                     y1 += h * _TABLEAU[s, j] * stages[j]
-                at = start + done + _TABLEAU[s, 6] * h
                 dt = _TABLEAU[s, 6] * h
-                force, field = _trial(setup, way, y1, _road_at(setup.road, spacing, at), fixed, dt, stages[s])
+                stages[s], made = _trial(setup, way, y1, _road_at(setup.road, spacing, start + done + dt), fixed, dt)
             way.now[4] += 6.0
             error = 0.0
             for i in range(4):
                 off = 0.0
                 for s in range(7):
                     off += _ERRORS[s] * stages[s, i]
-                error += (h * off / (scales[i] + TOLERANCE * max(abs(way.y[i]), abs(y1[i])))) ** 2
+                error += (h * off / (scales[i] + _TOLERANCE * max(abs(way.y[i]), abs(y1[i])))) ** 2
             error = math.sqrt(error / 4.0)
             if error < 1.0:
                 break
@@ -263,8 +313,8 @@ def _adapted(setup: Setup, way: Way, k: int) -> bool:
                 return False
         finished = done + h >= sample * (1.0 - 1e-12)
         size = h * min(10.0, 0.9 * error**-0.2 if error > 0.0 else 10.0)
-        commit(setup.chain, way.state, way.after, h)
-        way.y[:], way.rates[:], way.now[0], way.now[1] = y1, stages[6], force, field
+        commit(setup.chain, way.damper, h)
+        way.y[:], way.rates[:], (way.now[0], way.now[1]) = y1, stages[6], made
         stages[0], fixed[:], done = stages[6], stages[6], done + h
         # the next sample may begin with a step that was good here, but for the last, which is cut
         way.now[3] = max(way.now[3] if finished else size, _SHORTEST * sample)
@@ -274,10 +324,10 @@ def _adapted(setup: Setup, way: Way, k: int) -> bool:
 
 
 @kernel
-def adapted(setup: Setup, way: Way, kept: Array, first: int, last: int, samples: int) -> int:
-    """Do the same by adaptive steps; return the sample at which their number did not suffice, -1 if it did."""
-    for k in range(first, last):
-        _record(setup, way, kept, k)
+def adapted(setup: Setup, way: Way, samples: int) -> int:
+    """Simulate all samples by adaptive steps; return the one at which their number did not suffice, -1 if it did."""
+    for k in range(samples):
+        _record(setup, way, k)
         if k + 1 < samples and not _adapted(setup, way, k):
             return k
     return -1

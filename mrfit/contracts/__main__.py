@@ -54,13 +54,13 @@ def contracts(
 
 
 def of_item(kind: Kind, name: str) -> Iterator[tuple[str, str]]:
-    """Yield what a model, effect or optimizer has to keep, each with what is wrong, or nothing."""
+    """Yield the checks of a model, effect or optimizer, each with its fault, or nothing."""
     item = registry.load(kind, name)
     return ((check.text, broken(check, item)) for check in applying(CHECKS[kind], item))
 
 
 def of_reader(name: str, logs: Sequence[Path]) -> Iterator[tuple[str, str]]:
-    """Yield what a reader has to keep on each log, with what is wrong, or nothing."""
+    """Yield the checks of a reader on each log, with their faults, or nothing."""
     reader = registry.load("reader", name)
     cases = [(log.name, _content(log)) for log in logs] or [("", b"")]
     for log, data in cases:

@@ -71,7 +71,7 @@ def need_close(found: Array, wanted: Array, share: float, floor: float, what: st
 
 
 def broken(check: Check[Item], item: Item) -> str:
-    """Return what is wrong, in one line; empty if the check holds. Warnings are wrong too: they reach the user."""
+    """Return the fault in one line; empty if the check holds. Warnings are wrong too: they reach the user."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:

@@ -1,4 +1,4 @@
-"""What every effect has to keep, whatever its equations."""
+"""Checks of every effect, independent of its equations."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

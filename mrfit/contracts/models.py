@@ -1,4 +1,4 @@
-"""What every model has to keep, whatever its equations."""
+"""Checks of every model, independent of its equations."""
 
 from collections.abc import Callable
 from typing import cast

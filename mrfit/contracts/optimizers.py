@@ -1,4 +1,4 @@
-"""What every optimizer has to do, whatever it is."""
+"""Checks of every optimizer."""
 
 from collections.abc import Callable
 from typing import Any
@@ -35,7 +35,7 @@ def rosenbrock(points: Array) -> Array:
 def run(
     optimizer: Optimizer, residuals: Residuals, start: Any, budget: int | None = None, seed: int = 0, **more: Any
 ) -> tuple[SearchResult, list[Array]]:
-    """Return how a search ended, and the points of every batch."""
+    """Return the end of a search, and the points of every batch."""
     batches: list[Array] = []
 
     def recorded(points: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What every reader has to keep, whatever its format; most of it on a log of the instrument's own."""
+"""Checks of every reader, most of them on a log of the instrument's own."""
 
 from dataclasses import dataclass
 from pathlib import Path

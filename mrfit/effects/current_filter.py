@@ -45,7 +45,7 @@ LATE, OWN = 1, 2 * 5
 
 
 def longest(theta: Values) -> float:
-    """Return how far back in s the current is needed."""
+    """Return the greatest age in s of the current that a step reads."""
     return theta[3]
 
 

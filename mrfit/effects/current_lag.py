@@ -49,7 +49,7 @@ LATE = 4
 
 
 def longest(theta: Values) -> float:
-    """Return how far back in s the signals are needed."""
+    """Return the greatest age in s of the signals that a step reads."""
     return max(theta[1], 0.0)
 
 

@@ -60,7 +60,7 @@ SPEC = EffectSpec(
 
 
 def longest(theta: Values) -> float:
-    """Return how far back in s the motion is needed."""
+    """Return the greatest age in s of the motion that a step reads."""
     tau, share = theta
     return tau - max(share * tau, 0.0)
 

@@ -30,7 +30,7 @@ EXACT, EXACT_FLOAT = 1e-9, 1e-2
 
 @dataclass(frozen=True)
 class Difference:
-    """How far an export is from the simulation in Python, over the fit's logs.
+    """Difference of an export from the simulation in Python, over the fit's logs.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class SelfTest:
-    """What the template of the self-test is rendered with.
+    """Context of the self-test's template.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ def files(source: Source, settings: Settings) -> Files:
 
 
 def notes_of(source: Source) -> list[str]:
-    """Return what of the fit a causal model cannot have, and where a form says that it is not the simulation."""
+    """Return remarks on times that a causal model cannot have, and on forms that are not the simulation."""
     notes = [
         f"{source.spec.names[k]} is {source.theta[k]:.3g} s: the logs have it before it happens, which a causal "
         "model cannot; it is taken as 0"
@@ -226,7 +226,7 @@ def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> A
 
 
 def differs(source: Source, parts: Parts, files: dict[str, str]) -> Difference:
-    """Return how far the compiled export is from the simulation in Python on the fit's logs."""
+    """Return the difference of the compiled export from the simulation in Python on the fit's logs."""
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
     if compiler() is None:
@@ -259,7 +259,7 @@ def user_inputs(source: Source, drive: Array) -> Array:
 
 
 def compared(source: Source, run: Callable[[Array, float], Array]) -> Difference:
-    """Return how far ``run(drive, dt)`` is from the simulation in Python on the fit's logs."""
+    """Return the difference of ``run(drive, dt)`` from the simulation in Python on the fit's logs."""
     largest, squares, samples, low, high = 0.0, 0.0, 0, np.inf, -np.inf
     drives = source.compared()
     for drive, dt in drives:

@@ -152,12 +152,12 @@ def _knows_middle(link: Link) -> bool:
 
 
 def stated(source: Source) -> list[str]:
-    """Return where a causal form cannot be the simulation in Python."""
+    """Return remarks on effects whose causal form cannot be the simulation in Python."""
     return [f"{link.spec.name}: {OTHER_MIDDLE}" for link in source.links if _knows_middle(link)]
 
 
 def prefix_of(name: str) -> str:
-    """Return what all names of an export begin with, those in C that others see: of a fit's name, unlike a function's.
+    """Return the prefix of an export's public names: of a fit's name, unlike a function's.
 
     Functions of the model have no prefix; a fit called ``delay`` must not make another ``delay_step``.
     """

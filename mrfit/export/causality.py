@@ -1,4 +1,4 @@
-"""What causality costs: a fit is driven by smoothed inputs, a controller by what it measures or derives late."""
+"""Costs of causality: a fit is driven by smoothed inputs, a controller by those it measures or derives late."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ Changed = Callable[[Stretch], Mapping[str, Array]]
 
 @dataclass(frozen=True)
 class Cost:
-    """What the drive costs in the output, and the time constant in s of the differentiator that costs least."""
+    """Costs of the drive in the output, and the time constant in s of the differentiator that costs least."""
 
     lines: tuple[str, ...]
     tau: float
@@ -39,7 +39,7 @@ def differentiated(x: Array, dt: float, tau: float) -> tuple[Array, Array]:
 
 
 def costs(source: Source) -> Cost:
-    """Return what raw inputs and derived ones cost, RMS over the fit's logs as a share of the output's range."""
+    """Return the costs of raw inputs and of derived ones, RMS over the fit's logs as a share of the output's range."""
     channel, orders = derived_of(source)
     chosen = [s for s in source.stretches if s.raw][:SEGMENTS] or list(source.stretches)[:SEGMENTS]
     if not chosen:

@@ -84,7 +84,7 @@ def files(source: Source, settings: Settings) -> Files:
 
 
 def token_of(source: Source, settings: Settings) -> str:
-    """Return what ties a description to its binary: of the fit, the parameters and the version."""
+    """Return the token that ties a description to its binary: of the fit, the parameters and the version."""
     text = f"{source.digest} {source.condition} {source.assembly.name} {settings.fmi}"
     return f"{{{uuid.uuid5(uuid.NAMESPACE_URL, text)}}}"
 

@@ -1,4 +1,4 @@
-"""What stands at the head of every export: model, equations, where it comes from, units, ranges, errors."""
+"""Head of every export: model, equations, where it comes from, units, ranges, errors."""
 
 from collections.abc import Sequence
 from importlib.metadata import version

@@ -182,7 +182,7 @@ def _check(source: Source) -> Check | None:
 
 
 def rebuilt(source: Source, text: str) -> Difference:
-    """Return how far the model that is built again from a file's text is from the fit's."""
+    """Return the difference of the model that is built again from a file's text from the fit's."""
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
     content = of_json(Fit, text)

@@ -44,7 +44,7 @@ class Connector:
 
 @dataclass(frozen=True)
 class Block:
-    """What the package is rendered with beside the context of the C templates; ``period`` is in s."""
+    """Context of the package beside that of the C templates; ``period`` is in s."""
 
     title: str
     params: list[Parameter]

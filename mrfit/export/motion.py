@@ -1,4 +1,4 @@
-"""Which inputs a causal differentiator can give, where only stroke or angle is measured."""
+"""Inputs that a causal differentiator gives, of a stroke or angle alone."""
 
 from dataclasses import dataclass
 

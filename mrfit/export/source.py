@@ -1,4 +1,4 @@
-"""What is exported: a fit's model with one set of parameters, and what of its logs tells where it holds."""
+"""Source of an export: a fit's model with one set of parameters, and its logs, which tell its range."""
 
 import hashlib
 import json
@@ -199,7 +199,7 @@ def source_of(
     condition: str = "",
     without: Sequence[str] = (),
 ) -> Source:
-    """Return what is exported of a fit.
+    """Return the source of a fit's export.
 
     Parameters
     ----------

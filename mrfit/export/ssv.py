@@ -70,7 +70,7 @@ def _told(source: Source, sets: Array, settings: Settings) -> list[str]:
 
 
 def _band(source: Source, sets: Array) -> str:
-    """Return how far apart the outputs of the draws are over a segment of the logs."""
+    """Return the spread of the draws' outputs over a segment of the logs."""
     if not source.stretches:
         return "The band of the output is not known: the fit's logs are not at hand."
     stretch = source.stretches[0]

@@ -29,7 +29,7 @@ FORMATS = {
 
 @dataclass(frozen=True)
 class Files:
-    """What one format gives.
+    """Files of one format.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Files:
 
 @dataclass(frozen=True)
 class Written:
-    """What was written: format -> its files, what is told, and the error; and why others could not be."""
+    """Files written, by format, with remarks and errors; and the reasons for formats that failed."""
 
     folder: Path
     files: dict[str, list[str]] = field(default_factory=dict)

@@ -147,7 +147,7 @@ def _cell_value(cell: Array, t: float) -> float:
 
 @kernel
 def _solve(cell: Array, y: float, start: float) -> float:
-    """Return where in a cell its value is y, by Newton's method from ``start``."""
+    """Return the place in a cell at which its value is y, by Newton's method from ``start``."""
     t = start
     for _ in range(8):
         slope = cell[1] + t * (2 * cell[2] + t * (3 * cell[3] + t * (4 * cell[4] + t * 5 * cell[5])))
@@ -288,7 +288,7 @@ def branch_step(curve: Curve, state: Branch, before: float, now: float) -> Branc
 
 
 def rest_on_curve(now: Values, theta: Values) -> State:
-    """Return what ``branch_step`` begins with."""
+    """Return the state from which ``branch_step`` begins."""
     return 0.0, 0.0, now[0], 0.0
 
 
@@ -339,7 +339,7 @@ def _follow(curve: Curve, x: Array, line: tuple[float, float], form: tuple[float
 
 @kernel
 def turning_points(x: Array) -> tuple[NDArray[np.int64], int]:
-    """Return where the drive's branches start and how many leading samples are finite.
+    """Return the starts of the drive's branches and the number of leading samples that are finite.
 
     Parameters
     ----------

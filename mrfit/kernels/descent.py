@@ -112,7 +112,7 @@ def _decomposed(gradient: Array, curvature: Array, held: Mask, exact: bool) -> D
 
 @kernel
 def _attainable(parts: Decomposed, exact: bool) -> float:
-    """Return what an undamped step takes off."""
+    """Return the fall of an undamped step."""
     matrix, values, along = parts
     if exact:
         _, square = _factored(matrix, along, 0.0)
@@ -201,7 +201,7 @@ def _along_axes(gradient: Array, curvature: Array) -> Array:
 
 @kernel
 def _held(point: Array, gradient: Array) -> Mask:
-    """Return which parameters are held, (K,): those at a bound beyond which the cost falls."""
+    """Return a mask (K,) of parameters that are held: those at a bound beyond which the cost falls."""
     held = np.empty(len(point), dtype=np.bool_)
     for k in range(len(point)):
         held[k] = (point[k] <= 0.0 and gradient[k] > 0.0) or (point[k] >= 1.0 and gradient[k] < 0.0)

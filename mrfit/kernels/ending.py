@@ -1,4 +1,4 @@
-"""Which of several descents side by side have ended, and whether together they found the least cost."""
+"""Ends of several descents side by side, and whether together they found the least cost."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def going_on(
 
 @kernel
 def enough(descents: int) -> int:
-    """Return how many of so many descents have to agree."""
+    """Return the number of so many descents that have to agree."""
     return AGREEING if descents < MANY else AGREEING - 1
 
 

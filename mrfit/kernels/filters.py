@@ -82,7 +82,7 @@ def smooth_lag(x: Array, ratio: Array) -> Array:
 
 @kernel
 def gained_from_bend(rate: float) -> float:
-    """Return what a lag of 1/rate samples gains over one interval from a bend u*(1 - u)/2."""
+    """Return the gain of a lag of 1/rate samples over one interval from a bend u*(1 - u)/2."""
     if rate < 1e-2:
         return rate * (1.0 / 12.0 - rate / 24.0 + rate**2 / 80.0)
     kept = math.exp(-rate)
@@ -103,7 +103,7 @@ def lag_step(y: float, before: float, now: float, tau: float, dt: float) -> floa
 def bend_step(
     bend: tuple[float, float, float, float], before: float, now: float, tau: float, dt: float
 ) -> tuple[float, float, float, float, float]:
-    """Return what ``lagged_bends`` says of a step's end before more is known, and the ``bend`` behind it.
+    """Return the value of ``lagged_bends`` at a step's end before more is known, and the ``bend`` behind it.
 
     That is what it says of the sample at the step's beginning, the second derivative there, and slope and length of the
     step; a length of 0 if there was none.
@@ -326,7 +326,7 @@ def released(x: Array, ratio: float) -> Array:
 
 @kernel
 def release(held: float, before: float, now: float, decay: float, follow: float) -> float:
-    """Return what is held of the part above 0 of a signal a sample later: its new value, or what is left if more."""
+    """Return the held part above 0 of a signal a sample later: its new value, or what is left if more."""
     old, new = max(before, 0.0), max(now, 0.0)
     return max(new, new + decay * (held - old) - follow * (new - old))
 

@@ -86,7 +86,7 @@ def unit_gain_filter(u: Array, poles: Array, zeros: Array, dt: float) -> Array:
 
 @kernel
 def cascade(poles: Array, interval: float) -> Array:
-    """Return what ``advance`` moves the states of a cascade of poles (n,) in 1/s by, over an interval in s."""
+    """Return the matrix by which ``advance`` moves a cascade of poles (n,) in 1/s over an interval in s."""
     order = len(poles)
     system = np.zeros((order + 2, order + 2))
     for i in range(order):
@@ -110,7 +110,7 @@ def advance(step: Array, state: Array, now: float, rise: float) -> None:
 
 @kernel
 def cascade_matrix(move: Array, poles: Any, dt: float) -> None:
-    """Write what moves rise and value of a cascade's input, and its states, over dt s: exp of a lower triangle.
+    """Write the matrix that moves a cascade's input and states over dt s, the exponential of a lower triangle.
 
     By scaling, a Taylor polynomial of order 14, and squaring, all in place.
     """
@@ -149,7 +149,7 @@ def _square(move: Array, size: int) -> None:
 
 @kernel
 def cascade_kept(past: Any, first: int, poles: Any, dt: float) -> None:
-    """Keep what moves a cascade's states over dt s among a past's own numbers, behind the poles times dt it is for."""
+    """Keep the matrix that moves a cascade's states over dt s in a past, behind the poles times dt it is for."""
     order, same = len(poles), True
     for i in range(order):
         same = same and past[first + i] == poles[i] * dt

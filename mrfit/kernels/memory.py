@@ -1,4 +1,4 @@
-"""What a motion leaves behind: a memory that travel fades, and where the motion last turned."""
+"""Traces of a motion: a memory that travel fades, and the motion's last turn."""
 
 import numpy as np
 

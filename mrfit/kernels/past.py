@@ -1,4 +1,4 @@
-"""What an element remembers of earlier steps, for dead times: a ring of samples, of which a step reads late values.
+"""Memory of an element of earlier steps, for dead times: a ring of samples, of which a step reads late values.
 
 A past is a flat array: how many samples were pushed, how many places it has, how many signals a sample holds, and how
 many numbers of the element's own follow; these, and then the places, each a time in s and the signals. The newest
@@ -40,7 +40,7 @@ def pushed(past: Any, signals: Any, dt: float, least: float = 0.0) -> None:
 
 @kernel
 def _place(past: Any, back: int) -> int:
-    """Return where the sample so many steps back lies, 1 the newest; the oldest known where there is none."""
+    """Return the place of the sample so many steps back, 1 the newest; the oldest known where there is none."""
     count, places = int(past[0]), int(past[1])
     oldest = max(count - places, 0)
     return RESERVED + int(past[3]) + (max(count - back, oldest) % places) * (int(past[2]) + 1)
@@ -55,7 +55,7 @@ def kept(past: Any, k: int, back: int) -> float:
 
 @kernel
 def age_of(past: Any, back: int, dt: float) -> float:
-    """Return how long before the end of a step of dt s a sample so many steps back was, 0 that end itself."""
+    """Return the age at the end of a step of dt s of a sample so many steps back, 0 that end itself."""
     return past[_place(past, 1)] - past[_place(past, back)] + dt if back > 0 else 0.0
 
 

@@ -31,7 +31,7 @@ def slip(x: Array, v: Array, reach: Array, turn: Array) -> Array:
 
 @kernel
 def stuck(x: float, reach: float) -> State:
-    """Return where a seal at rest at x (m) is bent from, and that it has not moved."""
+    """Return the displacement from which a seal at rest at x (m) is bent, and that it has not moved."""
     return max(x - reach, min(x + reach, 0.0)), 0.0, 0.0
 
 

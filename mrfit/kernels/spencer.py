@@ -142,7 +142,7 @@ def _moving_step(  # noqa: PLR0913
 
 @inlined
 def _factor(error: float) -> float:
-    """Return what a sub-step's length is to be multiplied by, error^(-3/8) within bounds."""
+    """Return the factor on a sub-step's length, error^(-3/8) within bounds."""
     fourth = math.sqrt(math.sqrt(error))
     return min(max(0.85 / (fourth * math.sqrt(fourth)), 0.1), 4.0)
 

@@ -1,4 +1,4 @@
-"""How parameters reach a response: one value per vector, or one per vector and sample."""
+"""Shapes of parameters in a response: one value per vector, or one per vector and sample."""
 
 from collections.abc import Callable
 

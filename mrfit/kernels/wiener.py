@@ -37,7 +37,7 @@ _CHUNK = 48
 
 @kernel
 def propagator(poles: Array, dt: float, lags: bool, step: Array) -> None:
-    """Set how a cascade of lags p/(s + p) moves on by one sample, for an input linear between samples.
+    """Fill the matrix that moves a cascade of lags p/(s + p) by one sample, for an input linear between samples.
 
     It is the exponential of a lower triangular matrix, by scaling, a Taylor polynomial of order 14, and squaring.
 
@@ -215,7 +215,7 @@ def _filter(work: Array, poles: Array, zeros: tuple[float, float], step: Array, 
 
 @kernel
 def _whole(work: Array, place: int, values: Array) -> float:
-    """Return what the first two lanes add up to in the force."""
+    """Return the sum of the first two lanes in the force."""
     total: float = values[0] * work[place] + values[1] * work[place + 1]
     return total
 

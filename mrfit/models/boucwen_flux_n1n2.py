@@ -76,12 +76,12 @@ def derived(theta: Array) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return what ``boucwen-flux`` starts from, its exponent as both."""
+    """Return the start values of ``boucwen-flux``, its exponent as both."""
     return _both(boucwen_flux.start_values(drive, output, dt))
 
 
 def far_starts(drive: Array, output: Array, dt: float) -> list[dict[str, float]]:
-    """Return what else ``boucwen-flux`` starts from, a knee, its exponent as both."""
+    """Return the far start values of ``boucwen-flux``, a knee, its exponent as both."""
     return [_both(found) for found in boucwen_flux.far_starts(drive, output, dt)]
 
 

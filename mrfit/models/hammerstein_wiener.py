@@ -72,7 +72,7 @@ static_map: Any = kernel(hw_static.law)
 
 
 def longest(theta: Values) -> float:
-    """Return how far back in s the current is needed."""
+    """Return the greatest age in s of the current that a step reads."""
     return theta[13]
 
 

@@ -75,7 +75,7 @@ SPEC = ModelSpec(
 
 
 def longest(theta: Values) -> float:
-    """Return how far back in s velocity and current are needed."""
+    """Return the greatest age in s of velocity and current that a step reads."""
     return LAG
 
 

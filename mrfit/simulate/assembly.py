@@ -308,7 +308,7 @@ class _Chain:
         return output
 
     def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
-        """Return what the base and the added terms make."""
+        """Return the output of the base and the added terms."""
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self.base.simulate(
             np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt

@@ -65,7 +65,7 @@ class CurrentPiece:
 
 @dataclass(frozen=True, slots=True)
 class CurrentDependence:
-    """Which parameters depend on current, and over which range of it.
+    """Dependence of parameters on current: their orders, and the range of current.
 
     Attributes
     ----------
@@ -202,7 +202,7 @@ _NODE = re.compile(r"(-?[\d.]+(?:e[-+]?\d+)?)A([-+]?)")
 
 
 def node_of(name: str) -> CurrentNode | None:
-    """Return where a parameter's value is given, by a name of ``labels``; None where it is the same at all."""
+    """Return the node of a parameter's value by a name of ``labels``; None where the value is the same at all."""
     match = _NODE.fullmatch(name.partition("@")[2])
     return CurrentNode(float(match[1]), {"-": -1, "": 0, "+": 1}[match[2]]) if match else None
 

@@ -1,4 +1,4 @@
-"""Which parameters of a fit depend on coil current: as asked for, or by their role where no levels tell."""
+"""Dependence of a fit's parameters on coil current: as asked for, or by their role where no levels tell."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -185,7 +185,7 @@ def to_choose(model: str, text: str, currents: TestedCurrents) -> bool:
 def dependence_on_current(
     model: str, text: str, segments: Sequence[Segment], recordings: Mapping[str, Recording], fixed: Iterable[str]
 ) -> CurrentDependence | None:
-    """Return how a joint fit's parameters depend on current, None if they do not.
+    """Return the dependence of a joint fit's parameters on current, None if there is none.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def dependence_on_current(
 
 
 def _visited(varying: Sequence[Array], low: float, high: float) -> int:
-    """Return how many fifths of the range of a current that moves it stays in: two where it is switched on and off."""
+    """Return the number of fifths of its range in which a moving current stays: two where it is switched on and off."""
     if not varying or not low < high:
         return 0
     counts, _ = np.histogram(np.concatenate(varying), bins=FIFTHS, range=(low, high))
@@ -306,7 +306,7 @@ def as_written(fit: Fit) -> Assembly:
 
 
 def dependence_of(fit: Fit) -> CurrentDependence | None:
-    """Return how a fit's parameters depend on current, None if none does."""
+    """Return the dependence of a fit's parameters on current, None if there is none."""
     stored = fit.current_dependence
     return CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high) if stored else None
 

@@ -234,7 +234,7 @@ class Printer:
         return text if isinstance(value, ir.Binary) and value.sign == sign else f"({text})"
 
     def place(self, value: ir.Expression) -> str:
-        """Return what is stored or called."""
+        """Return a place or a call."""
         if isinstance(value, ir.Name):
             return f"*{value.name}" if value.name in self.outputs else value.name
         if isinstance(value, ir.Member):
@@ -252,7 +252,7 @@ class Printer:
         return isinstance(value, ir.Name) and value.name in self.pointers
 
     def passed(self, value: ir.Expression) -> str:
-        """Return what is given to a function; a struct by its address."""
+        """Return an argument of a call; a struct by its address."""
         if value.kind.name == "struct":
             return f"{'' if self.is_pointer(value) else '&'}{self.place(value)}"
         return self.value(value)

@@ -72,7 +72,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Sight:
-    """What an element of the exported model sees.
+    """Surroundings of an element of the exported model.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Sight:
         return ir.record(self.values, f"{self.ident}_values").field(field_name(name))
 
     def remembered(self, name: str) -> ir.Member:
-        """Return what the element remembers under a name."""
+        """Return the field of the element's memory of a name."""
         return ir.record("s", f"{self.ident}_state").field(name)
 
     def channel(self, name: str) -> ir.Expression:
@@ -148,7 +148,7 @@ class _Writer:
         return [*own, *map(self.sight.channel, self.inputs)]
 
     def before(self) -> list[ir.Place]:
-        """Return where the inputs at the step's beginning are remembered."""
+        """Return the places of the inputs at the step's beginning."""
         names = [*(["output"] if self.slot == "output" else []), *map(field_name, self.inputs)]
         return [self.sight.remembered("time" if n == "time" else f"before_{n}") for n in names]
 
@@ -169,7 +169,7 @@ class _Writer:
         ]
 
     def destinations(self) -> list[ir.Place | None]:
-        """Return where the element's output goes, None if the function returns it."""
+        """Return the places of the element's outputs, None for one that the function returns."""
         if self.slot in ("input", "loop"):
             return [self.sight.channel(self.inputs[-1])]  # type: ignore[list-item]
         if self.slot == "theta":
@@ -280,7 +280,7 @@ class _Writer:
         return ir.Call(made.name, values, made.result, True)
 
     def longest(self) -> ir.Expression:
-        """Return how far back in s signals are needed."""
+        """Return the greatest age in s of a signal that a step reads."""
         entry = Entry(
             self.arguments(),
             self.bound(self.item.longest, [self.here]),
@@ -355,7 +355,7 @@ class _Writer:
 
     @staticmethod
     def bound(function: Callable[..., Any], values: Sequence[ir.Expression]) -> dict[str, ir.Expression]:
-        """Return what stands for every argument of a function."""
+        """Return the values of a function's arguments, by name."""
         names = list(inspect.signature(function).parameters)
         return dict(zip(names, values, strict=False))
 
@@ -364,7 +364,7 @@ class _Writer:
         return (self.spec.title, *([f"    {self.spec.equation}"] if self.spec.equation else []))
 
     def rest_title(self) -> tuple[str, ...]:
-        """Return what stands above the function of the rest."""
+        """Return the title of the function of the rest."""
         return (f"{self.spec.title}: what it remembers at rest",)
 
 

@@ -86,7 +86,7 @@ def python_of(function: Any) -> types.FunctionType | None:
 
 @dataclass
 class Source:
-    """Where a function stands, and its comments: by line, those that have it for themselves and those behind code."""
+    """The text of a function, and its comments: by line, those that have it for themselves and those behind code."""
 
     file: str
     first: int

@@ -307,7 +307,7 @@ class Constant:
 
 @dataclass
 class Program:
-    """What is printed: constants and functions, each behind those that it needs."""
+    """A program: constants and functions, each behind those that it needs."""
 
     constants: dict[str, Constant] = field(default_factory=dict)
     functions: dict[str, Function] = field(default_factory=dict)

@@ -251,7 +251,7 @@ class FunctionReader(ValueReader):
                 yield text
 
     def statement(self, node: ast.stmt) -> Iterator[ir.Statement]:
-        """Yield what a statement becomes."""
+        """Yield the statements that one of Python becomes."""
         if isinstance(node, ast.Pass) or isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             return
         if isinstance(node, ast.Assign) and len(node.targets) == 1:

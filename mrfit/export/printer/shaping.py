@@ -132,12 +132,12 @@ class _Exits:
         return block
 
     def pairs(self, value: ir.Expression) -> list[tuple[ir.Place | None, ir.Expression]]:
-        """Return where each value goes that a function returns."""
+        """Return the place of each value that a function returns."""
         values = flat(value) if len(self.destinations) > 1 else [value]
         return [*zip(self.destinations, values, strict=True), *self.after]
 
     def left(self, value: ir.Expression) -> Iterator[ir.Statement]:
-        """Yield what leaves the values where they belong."""
+        """Yield assignments of the values to their places."""
         yield from at_once([(d or self.result, v) for d, v in self.pairs(value)], self.kept)
 
     def last(self, value: ir.Expression) -> Iterator[ir.Statement]:
@@ -227,7 +227,7 @@ class _Declared:
                     self.kinds.setdefault(target.name, target.kind)
 
     def sets(self, name: str, block: ir.Block) -> int:
-        """Return how often a variable is set in a block; what a call fills in, or an array changed, is no constant."""
+        """Return the count of a block's assignments to a variable; one that a call fills in or changes is no constant."""
         changed = name in changed_in(block, self.program) or any(
             isinstance(n, ir.Run) and name in [t.name for t in n.targets] for n in ir.parts(block)
         )
@@ -265,7 +265,7 @@ class _Declared:
 
 
 def _first(name: str, block: ir.Block) -> str:
-    """Return what happens first to a variable in a block: ``written``, ``read``, ``maybe`` written or ``untouched``."""
+    """Return the first use of a variable in a block: ``written``, ``read``, ``maybe`` written or ``untouched``."""
     state = "untouched"
     for statement in block:
         if name not in ir.names_in(statement):

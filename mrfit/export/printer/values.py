@@ -122,7 +122,7 @@ class ValueReader:
         return shaping.flat(ir.Group(self.items_of(value), value.kind)) if value.kind.name == "tuple" else [value]
 
     def place(self, node: ast.expr, kind: ir.Kind) -> ir.Place:
-        """Return what is assigned to."""
+        """Return the place of an assignment."""
         if not isinstance(node, ast.Name):
             found = self.value(node)
             if not isinstance(found, ir.Item):
@@ -148,7 +148,7 @@ class ValueReader:
     # expressions
 
     def condition(self, node: ast.expr) -> ir.Expression:
-        """Return what is true or false."""
+        """Return a condition."""
         value = self.value(node)
         if value.kind != ir.BOOL:
             self.fail(node, "a condition is a comparison")
@@ -384,7 +384,7 @@ class ValueReader:
     # calls
 
     def target_of(self, node: ast.Call) -> Any:
-        """Return what is called."""
+        """Return the object that is called."""
         if node.keywords:
             self.fail(node, "arguments are given by their places")
         if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
