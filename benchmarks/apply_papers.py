@@ -17,7 +17,7 @@ from mrfit.apply.damper import Damper, damper
 from mrfit.apply.motion import sine
 from mrfit.apply.roads import Bump
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.tracking import Tracking
+from mrfit.apply.tracking import TrackingCase
 from mrfit.io.schemas.apply import Chatter
 
 # Preyield paper, Tables 1-2, at 0 and 1 A, in N, N*s/m, m/s (s/m for guo). MH of biviscous prints 1.8 and 4.1 mm/s for
@@ -173,13 +173,13 @@ def oddity(one: Chatter) -> str:
     return "; ".join(kinds) + (f" ({one.cause})" if one.cause else "") or "–"
 
 
-def tracked(plant: Damper) -> list[Tracking]:
+def tracked(plant: Damper) -> list[TrackingCase]:
     """Return the paper's ten laws at 1 Hz and 10 mm by every scheme, on a plant."""
     laws = [f"k={1e3 * k:g},c={1e3 * c:g}" if k else f"c={1e3 * c:g}" for k, c, *_ in PRINTED_TRACKING]
     return [c for c in track(inverse_tanh(tau=0.02), sine(1.0, 0.01, 3.0), laws, plant=plant).cases if c.lag]
 
 
-def tracking_rows(same: list[Tracking], other: list[Tracking]) -> tuple[list[str], list[str]]:
+def tracking_rows(same: list[TrackingCase], other: list[TrackingCase]) -> tuple[list[str], list[str]]:
     """Return the table beside Table 4, and what its orderings are."""
     own, off = ([c for c in cases if c.scheme == "feedforward"] for cases in (same, other))
     rows = []
@@ -202,7 +202,7 @@ def tracking_rows(same: list[Tracking], other: list[Tracking]) -> tuple[list[str
     return rows, words
 
 
-def scheme_rows(same: list[Tracking], other: list[Tracking]) -> list[str]:
+def scheme_rows(same: list[TrackingCase], other: list[TrackingCase]) -> list[str]:
     """Return the means over all laws of each scheme, beside Table 5."""
     printed = {
         "feedforward": "0.0584 / 0.0399 (this scheme); – / 0.0733 (FF Weber)",

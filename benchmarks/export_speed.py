@@ -18,7 +18,7 @@ from mrfit.export.c import built, rendered, user_inputs
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost
 from mrfit.export.compiler import run_compiler
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from tests.export.rigs import rig
 
@@ -60,7 +60,7 @@ int main(void) {{
 """
 
 
-def timed(source: Source, parts: Parts, files: dict[str, str], options: Sequence[str]) -> float:
+def timed(source: ExportSource, parts: Parts, files: dict[str, str], options: Sequence[str]) -> float:
     """Return nanoseconds per step."""
     import subprocess
 
@@ -83,7 +83,7 @@ def timed(source: Source, parts: Parts, files: dict[str, str], options: Sequence
     return float(found.split()[0])
 
 
-def sources() -> list[tuple[str, Source]]:
+def sources() -> list[tuple[str, ExportSource]]:
     """Return what is timed, by name."""
     found = [(name, rig(name, dt=1e-4)) for name in (*registry.names("model"), *WITH)]
     for name, orders in DEPENDING:

@@ -17,7 +17,7 @@ from datasets.studies.force_tracking import plant
 from mrfit.apply.calls import track
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.motion import sine
-from mrfit.apply.tracking import Tracking
+from mrfit.apply.tracking import TrackingCase
 
 CASES = ("1hz5mm", "2hz5mm", "1hz10mm", "2hz10mm")
 # Name in the table, parameter, SI to the paper's unit, and what may differ
@@ -171,7 +171,7 @@ def tracker(place: Place) -> Damper:
     return damper("tanh+current-lag", {**values, "current-lag.tau": tau}, PIECES, (min(nodes), max(nodes)))
 
 
-def on_the_rig(case: Tracking, motion: np.ndarray) -> Tracking:
+def on_the_rig(case: TrackingCase, motion: np.ndarray) -> TrackingCase:
     """Return a tracked case with the force that the rig gives under its command, the rest as it is."""
     fine = np.arange(0.0, case.time[-1] + STEP / 2, STEP)
     stroke = np.interp(fine, case.time, motion)
@@ -181,7 +181,7 @@ def on_the_rig(case: Tracking, motion: np.ndarray) -> Tracking:
 
 
 @cache
-def tracked(place: Place) -> list[Tracking]:
+def tracked(place: Place) -> list[TrackingCase]:
     """Return the ten laws of Table 4 at 1 Hz and 10 mm by feedforward: commands by mrfit, forces by the rig."""
     drive = sine(1.0, 0.010, 3.0)
     laws = []

@@ -9,7 +9,7 @@ from mrfit.api.recordings import PathText, several
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.export import stage
-from mrfit.export.source import OWN, Source, Stretch, runs, source_of
+from mrfit.export.source import OWN, ExportSource, LogStretch, runs, source_of
 from mrfit.report.source import Series
 from mrfit.settings.export import Settings
 
@@ -26,7 +26,7 @@ def exported(
     recordings: Recording | Iterable[Recording] | None,
     condition: str,
     without: str | Sequence[str],
-) -> stage.Written:
+) -> stage.ExportedFiles:
     """Write a fit in formats; see ``FitResult.export``."""
     formats = [to] if isinstance(to, str) else list(to)
     stage.check(formats)
@@ -40,7 +40,7 @@ def _source(
     recordings: Recording | Iterable[Recording] | None,
     condition: str,
     without: Sequence[str],
-) -> Source:
+) -> ExportSource:
     assembly = result.assembly
     if recordings is not None:
         logs = list(several(recordings))
@@ -62,12 +62,12 @@ def _source(
     return source_of(result.content, assembly, stretches, condition, without)
 
 
-def _stretches(series: Series, raw: Mapping[str, Array]) -> list[Stretch]:
+def _stretches(series: Series, raw: Mapping[str, Array]) -> list[LogStretch]:
     whole = {n: v for n, v in raw.items() if len(v) == len(series.time)}
     found = []
     for run, dt in runs(series.time):
         inputs = {n: v[run] for n, v in series.inputs.items() if n not in OWN}
         own = {n: v[run] for n, v in whole.items()}
         measured, simulated = series.measured[run], series.simulated[run]
-        found.append(Stretch(series.segment, series.condition, series.role, dt, inputs, measured, simulated, own))
+        found.append(LogStretch(series.segment, series.condition, series.role, dt, inputs, measured, simulated, own))
     return found

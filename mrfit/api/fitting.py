@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-    from mrfit.export.stage import Written
+    from mrfit.export.stage import ExportedFiles
+
 
 COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
 # Sets of parameters that are printed in full
@@ -194,7 +195,7 @@ class FitResult:
         condition: str = "",
         without: str | Sequence[str] = (),
         **options: object,
-    ) -> "Written":
+    ) -> "ExportedFiles":
         """Write the fitted model as C, FMU, JSON …, as ``mrfit export`` does, and return what was written.
 
         Parameters

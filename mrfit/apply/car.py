@@ -21,7 +21,7 @@ import numpy as np
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.walk import ControlNumbers, Course, QuarterCarNumbers, Setup, Way, adapted, begun, driven, wanted
+from mrfit.apply.walk import ControlNumbers, QuarterCarNumbers, RideCourse, Setup, Way, adapted, begun, driven, wanted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -221,13 +221,13 @@ def setup_of(
         stepper.complete(still)[0], QuarterCarNumbers(*map(float, masses)),
         _numbers(control, timing, damper.low, damper.high),
         _heights(cast(Hashable, road), points, 0.5 * timing.sample / timing.steps),
-        Course(*np.zeros((len(Course._fields), points))),
+        RideCourse(*np.zeros((len(RideCourse._fields), points))),
     )  # fmt: skip
     return setup, begun(setup, float(damper.low))
 
 
 @dataclass(frozen=True)
-class Check:
+class AdaptiveCheck:
     """The adaptive simulation beside the fixed steps.
 
     Attributes
@@ -248,14 +248,14 @@ class Check:
 
 def adaptive(
     stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None = None
-) -> Check:
+) -> AdaptiveCheck:
     """Simulate one car from sample to sample by Dormand's and Prince's method, which chooses its steps."""
     samples = timing.samples(pair[1])
     setup, way = setup_of(stepper, car, pair, timing, amplifier)
     left = adapted(setup, way, samples)
     evaluations = int(way.now[4])
     if left >= 0:
-        return Check(float("nan"), evaluations, left * timing.sample, pair[1].duration)
+        return AdaptiveCheck(float("nan"), evaluations, left * timing.sample, pair[1].duration)
     seen = setup.course.acceleration[:: 2 * timing.steps]
     settled = np.arange(samples) * timing.sample >= pair[1].settled
-    return Check(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)
+    return AdaptiveCheck(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)

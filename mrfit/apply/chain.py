@@ -65,7 +65,7 @@ class Places(NamedTuple):
     work: int
 
 
-class Chain(NamedTuple):
+class DamperChain(NamedTuple):
     """A damper in arrays.
 
     ``elements`` and ``laws`` are rows as named above, ``factors`` has for each parameter of the base which factor of
@@ -95,13 +95,13 @@ class Trial(NamedTuple):
 
 
 @kernel
-def trial_of(chain: Chain, state: Array, given: Array) -> Trial:
+def trial_of(chain: DamperChain, state: Array, given: Array) -> Trial:
     """Return a step to be tried."""
     return Trial(state, given, np.empty(chain.places.whole), np.empty(chain.places.work))
 
 
 @kernel
-def _gather(chain: Chain, e: int, seen: Array, signal: float, work: Array, to: int) -> None:
+def _gather(chain: DamperChain, e: int, seen: Array, signal: float, work: Array, to: int) -> None:
     """Write an element's inputs: channels, and the signal it acts on for a wire below 0."""
     first = chain.elements[e].wire
     for k in range(chain.elements[e].wires):
@@ -110,7 +110,7 @@ def _gather(chain: Chain, e: int, seen: Array, signal: float, work: Array, to: i
 
 
 @kernel
-def _polynomial(chain: Chain, piece: int, first: int, current: float) -> float:
+def _polynomial(chain: DamperChain, piece: int, first: int, current: float) -> float:
     """Return the polynomial of a piece through a parameter's nodes."""
     total = 0.0
     for k in range(chain.pieces[piece, 1]):
@@ -123,7 +123,7 @@ def _polynomial(chain: Chain, piece: int, first: int, current: float) -> float:
 
 
 @kernel
-def parameters(chain: Chain, seen: Array, found: Array, work: Array) -> None:
+def parameters(chain: DamperChain, seen: Array, found: Array, work: Array) -> None:
     """Write the base's parameters where it sees channels."""
     count = chain.places.params
     current = min(max(seen[chain.places.current], chain.extent[0]), chain.extent[1])
@@ -153,7 +153,7 @@ def parameters(chain: Chain, seen: Array, found: Array, work: Array) -> None:
 
 
 @kernel
-def _run(chain: Chain, e: int, trial: Trial, ends: Array, signals: tuple[float, float], dt: float) -> float:
+def _run(chain: DamperChain, e: int, trial: Trial, ends: Array, signals: tuple[float, float], dt: float) -> float:
     """Let an element but the base take a step between both rows of ``ends``, and from one signal to another."""
     element, work = chain.elements[e], trial.work
     _gather(chain, e, ends, signals[0], work, 0)
@@ -167,7 +167,7 @@ def _run(chain: Chain, e: int, trial: Trial, ends: Array, signals: tuple[float, 
 
 
 @kernel
-def _begin(chain: Chain, e: int, state: Array) -> None:
+def _begin(chain: DamperChain, e: int, state: Array) -> None:
     """Begin what an element reads late with what it remembers at rest."""
     element = chain.elements[e]
     past = state[element.ring :]
@@ -178,7 +178,7 @@ def _begin(chain: Chain, e: int, state: Array) -> None:
 
 
 @kernel
-def _started(chain: Chain, e: int, trial: Trial, ends: Array, signal: float, dt: float) -> float:
+def _started(chain: DamperChain, e: int, trial: Trial, ends: Array, signal: float, dt: float) -> float:
     """Let an element take a step under one signal; put it to rest first where dt is below 0."""
     if dt >= 0.0:
         return _run(chain, e, trial, ends, (signal, signal), dt)
@@ -190,7 +190,7 @@ def _started(chain: Chain, e: int, trial: Trial, ends: Array, signal: float, dt:
 
 
 @kernel
-def _at_start(chain: Chain, block: int, trial: Trial, ends: Array, theta: int) -> None:
+def _at_start(chain: DamperChain, block: int, trial: Trial, ends: Array, theta: int) -> None:
     """Write the base's parameters at a step's beginning: those of the last step's end unless a command is held."""
     count, same = chain.places.channels, True
     for c in range(count):
@@ -203,7 +203,7 @@ def _at_start(chain: Chain, block: int, trial: Trial, ends: Array, theta: int) -
 
 
 @kernel
-def _core(chain: Chain, middle: int, trial: Trial, ends: Array, dt: float) -> float:
+def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float) -> float:
     """Return the output of base and added terms at the end of a step, or in the middle between steps."""
     places, count, number = chain.places, chain.places.channels, chain.places.params
     row, block, theta = places.own[middle], places.block[middle], 2 * WIRED
@@ -235,7 +235,7 @@ def _core(chain: Chain, middle: int, trial: Trial, ends: Array, dt: float) -> fl
 
 
 @kernel
-def inputs(chain: Chain, trial: Trial, dt: float) -> float:
+def inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
     """Make channels at both ends of a step behind effects of the slot ``input``; return the current at its end.
 
     A command that is held has its new value from the step's beginning on.
@@ -263,7 +263,7 @@ def inputs(chain: Chain, trial: Trial, dt: float) -> float:
 
 
 @kernel
-def _moved(chain: Chain, trial: Trial, ends: Array, dt: float) -> None:
+def _moved(chain: DamperChain, trial: Trial, ends: Array, dt: float) -> None:
     """Put the channels of a dead time ago in place of those now; those that may be switched along lines."""
     delay, count = chain.elements[chain.places.dead], chain.places.channels
     age, block = chain.params[delay.param], chain.places.block[0]
@@ -280,7 +280,7 @@ def _moved(chain: Chain, trial: Trial, ends: Array, dt: float) -> None:
 
 
 @kernel
-def step(chain: Chain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
+def step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
     """Take a step of dt s to channels; ``field`` is the current in A that the base is to see, or nan.
 
     Returns
@@ -332,7 +332,7 @@ def step(chain: Chain, trial: Trial, dt: float, field: float) -> tuple[float, fl
 
 
 @kernel
-def commit(chain: Chain, trial: Trial, dt: float) -> None:
+def commit(chain: DamperChain, trial: Trial, dt: float) -> None:
     """Go on from the end of a step, or begin at rest where dt is below 0."""
     state = trial.state
     for k in range(chain.places.small):
@@ -346,7 +346,7 @@ def commit(chain: Chain, trial: Trial, dt: float) -> None:
 
 
 @kernel
-def advanced(chain: Chain, states: Array, given: Array, dt: float, fields: Array) -> tuple[Array, Array]:
+def advanced(chain: DamperChain, states: Array, given: Array, dt: float, fields: Array) -> tuple[Array, Array]:
     """Take a step of dt s in many lanes, from states (B, S) to channels (B, C); return outputs (B, 3) and states."""
     following, found = states.copy(), np.empty((len(states), 3))
     for b in range(len(states)):
@@ -357,7 +357,7 @@ def advanced(chain: Chain, states: Array, given: Array, dt: float, fields: Array
 
 
 @kernel
-def followed(chain: Chain, state: Array, given: Array, steps: Array) -> Array:
+def followed(chain: DamperChain, state: Array, given: Array, steps: Array) -> Array:
     """Return the outputs (N, 3) of channels (N, C), steps (N,) in s between them; the state goes along."""
     found, trial = np.empty((len(given), 3)), trial_of(chain, state, np.empty(given.shape[1]))
     for n in range(len(given)):

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import Chain, commit, step, trial_of
+from mrfit.apply.chain import DamperChain, commit, step, trial_of
 from mrfit.apply.solving import ABOVE, BELOW, Inverse, allowed, command, solve
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 
 
 @kernel
-def inverted(chain: Chain, inverse: Inverse, state: Array, given: Array, desired: Array, dt: float) -> Array:
+def inverted(chain: DamperChain, inverse: Inverse, state: Array, given: Array, desired: Array, dt: float) -> Array:
     """Return command, current wanted and seen, force, its least and greatest, and flag (N, 7) for desired forces (N,).
 
     ``given`` are channels (N, C); the state goes along.
@@ -75,9 +75,9 @@ class Lane(NamedTuple):
         Of model and plant; they go along.
     """
 
-    model: Chain
+    model: DamperChain
     inverse: Inverse
-    plant: Chain
+    plant: DamperChain
     given: Array
     answered: Array
     desired: Array

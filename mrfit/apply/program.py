@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.apply import chain as columns
-from mrfit.apply.chain import Chain, Places
+from mrfit.apply.chain import DamperChain, Places
 from mrfit.apply.damper import Damper
 from mrfit.apply.plain import entry_for
 from mrfit.core import registry
@@ -25,7 +25,7 @@ SPARE = 5
 _KINDS = {"input": columns.INPUT, "theta": columns.FACTORS}
 
 
-class Program:
+class DamperProgram:
     """A damper ready to be stepped.
 
     Attributes
@@ -99,7 +99,7 @@ class Program:
         filters = registry.load("effect", "current-filter"), registry.load("effect", "force-filter")
         return [("hammerstein-wiener", filters[0], m)], [("hammerstein-wiener", filters[1], h)]
 
-    def _made(self, held: bool) -> Chain:
+    def _made(self, held: bool) -> DamperChain:
         number, count, current = len(self.channels), len(self._module.SPEC.params), self.channels.index("current")
         laws, factors, (pieces, edges, nodes) = self._laws()
         late: list[tuple[str, Any, Array]] = [e for e in self.effects if isinstance(e[1], MovesDrive)]
@@ -141,7 +141,7 @@ class Program:
         extent = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
         bounds = np.array([[p.low, p.high] for p in self._module.SPEC.params])
         rows = [tuple(row[name] for name in columns.ELEMENT.names or ()) for row in self._rows]
-        return Chain(
+        return DamperChain(
             np.array(rows, columns.ELEMENT), np.array([*self._wires, 0], dtype=np.int64),
             np.array([*self._params, 0.0]), laws, factors, bounds, pieces, edges, nodes, places, np.array(extent),
         )  # fmt: skip

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrfit.apply.car import Car, Check, Control, Ride, Timing, adaptive, drive, rms
+from mrfit.apply.car import AdaptiveCheck, Car, Control, Ride, Timing, adaptive, drive, rms
 from mrfit.apply.chatter import SOFTENING, told_apart
 from mrfit.apply.damper import Damper
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.tested import Moved, beyond_tests
+from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.io.schemas.apply import (
@@ -60,7 +60,7 @@ class QuarterCar:
     controls: tuple[Control, ...]
     roads: tuple[Road, ...]
     rows: tuple[RideRow, ...]
-    checks: tuple[tuple[str, Check], ...]
+    checks: tuple[tuple[str, AdaptiveCheck], ...]
     rides: tuple[Ride, ...]
 
     @property
@@ -100,7 +100,7 @@ class QuarterCar:
     def _limits(self) -> list[str]:
         """Return warnings of rides beyond the damper's tests, and beyond a linear tyre."""
         said = beyond_tests(
-            self.damper, [Moved(f"{r.control.name} on {r.road.name}", r.travel, r.speed) for r in self.rides]
+            self.damper, [NamedMotion(f"{r.control.name} on {r.road.name}", r.travel, r.speed) for r in self.rides]
         )
         lifted = [row for row in self.rows if row.lag and row.least_load is not None and row.least_load < 0.0]
         if lifted:

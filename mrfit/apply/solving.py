@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import Chain, Trial, inputs, step, trial_of
+from mrfit.apply.chain import DamperChain, Trial, inputs, step, trial_of
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 
@@ -56,7 +56,7 @@ class Inverse(NamedTuple):
 
 
 @kernel
-def _value(chain: Chain, site: Trial, dt: float, at: float, coil: bool) -> float:
+def _value(chain: DamperChain, site: Trial, dt: float, at: float, coil: bool) -> float:
     """Return the force where the base sees a current, or the current that it sees of a command."""
     if not coil:
         return step(chain, site, dt, at)[1]
@@ -65,7 +65,7 @@ def _value(chain: Chain, site: Trial, dt: float, at: float, coil: bool) -> float
 
 
 @kernel
-def _root(chain: Chain, site: Trial, dt: float, ends: Ends, target: float, coil: bool) -> float:
+def _root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float, coil: bool) -> float:
     """Return the place of a target between two ends of ``_value``: Newton's steps, else bisection."""
     low, high, f_low, f_high = ends
     rising, first, last = f_high > f_low, low, high
@@ -107,7 +107,7 @@ def _least_root(bend: float, slope: float, rest: float) -> float:
 
 @kernel
 def _extremum(
-    chain: Chain, inverse: Inverse, site: Trial, dt: float, values: Array, wanted: tuple[int, float]
+    chain: DamperChain, inverse: Inverse, site: Trial, dt: float, values: Array, wanted: tuple[int, float]
 ) -> tuple[float, float]:
     """Return an extremum beside a point of the grid and its force, by golden section; nan where there is none.
 
@@ -135,7 +135,7 @@ def _extremum(
 
 
 @kernel
-def _sharpened(chain: Chain, inverse: Inverse, site: Trial, dt: float, values: Array, desired: float
+def _sharpened(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, values: Array, desired: float
                ) -> tuple[Array, Array]:  # fmt: skip
     """Return the grid and its forces with the extrema next to the best points, where none passes the force."""
     grid, found = inverse.grid, 0
@@ -175,7 +175,7 @@ def _by_formula(inverse: Inverse, values: Array, desired: float) -> tuple[float,
 
 
 @kernel
-def solve(chain: Chain, inverse: Inverse, site: Trial, dt: float, desired: float
+def solve(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, desired: float
           ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Return current, force, least and greatest force, and a flag, see ``inverse.Solution``."""
     at, values = inverse.grid, np.empty(len(inverse.grid))
@@ -226,7 +226,7 @@ def allowed(inverse: Inverse, before: float, dt: float) -> tuple[float, float]:
 
 
 @kernel
-def command(chain: Chain, inverse: Inverse, site: Trial, dt: float, field: float) -> float:
+def command(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, field: float) -> float:
     """Return the command in A, held over the step, at whose end the base sees a current, or is nearest to it."""
     low, high = allowed(inverse, site.state[chain.places.current], dt)
     if not inverse.lagging:
@@ -238,7 +238,7 @@ def command(chain: Chain, inverse: Inverse, site: Trial, dt: float, field: float
 
 
 @kernel
-def solved(chain: Chain, inverse: Inverse, states: Array, given: Array, dt: float, desired: Array) -> Array:
+def solved(chain: DamperChain, inverse: Inverse, states: Array, given: Array, dt: float, desired: Array) -> Array:
     """Return ``solve`` of many lanes, from states (B, S) to channels (B, C), (B, 5)."""
     found = np.empty((len(states), 5))
     for b in range(len(states)):
@@ -247,7 +247,7 @@ def solved(chain: Chain, inverse: Inverse, states: Array, given: Array, dt: floa
 
 
 @kernel
-def commanded(chain: Chain, inverse: Inverse, states: Array, given: Array, dt: float, fields: Array) -> Array:
+def commanded(chain: DamperChain, inverse: Inverse, states: Array, given: Array, dt: float, fields: Array) -> Array:
     """Return ``command`` of many lanes, (B,)."""
     found = np.empty(len(states))
     for b in range(len(states)):

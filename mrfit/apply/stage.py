@@ -16,8 +16,8 @@ from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
 from mrfit.apply.solving import REACHED
-from mrfit.apply.tested import Moved, beyond_tests
-from mrfit.apply.tracking import Tracking, TrackingStudy
+from mrfit.apply.tested import NamedMotion, beyond_tests
+from mrfit.apply.tracking import TrackingCase, TrackingStudy
 from mrfit.core.specs import Array
 from mrfit.io.schemas.apply import (
     INVERT,
@@ -58,7 +58,7 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
     first = found[0][1]
     notes = notes_of(first)
     x, v, _ = first.damper.motion
-    notes += beyond_tests(first.damper, [Moved(m.name, m.channels[x], m.channels[v]) for m, _ in found])
+    notes += beyond_tests(first.damper, [NamedMotion(m.name, m.channels[x], m.channels[v]) for m, _ in found])
     out = float(np.mean(np.concatenate([one.flag != REACHED for _, one in found])))
     if out > 0.0:
         notes.append(
@@ -260,7 +260,7 @@ ERRORS = (
 
 
 def _tracked(study: TrackingStudy) -> Table:
-    columns: Columns[Tracking] = {
+    columns: Columns[TrackingCase] = {
         **_which(study),
         "rms error / rms force": lambda c: c.error,
         "against desired": lambda c: c.error_to_desired,
@@ -271,9 +271,9 @@ def _tracked(study: TrackingStudy) -> Table:
     return table_of("Errors of every law by every scheme", columns, study.cases)
 
 
-def _which(study: TrackingStudy) -> Columns[Tracking]:
+def _which(study: TrackingStudy) -> Columns[TrackingCase]:
     """Return the columns that tell cases apart."""
-    own: Columns[Tracking] = {"law": lambda c: c.law, "motion": lambda c: c.motion, "scheme": lambda c: c.scheme}
+    own: Columns[TrackingCase] = {"law": lambda c: c.law, "motion": lambda c: c.motion, "scheme": lambda c: c.scheme}
     return {**own, **lag_column(bool(study.lag_costs))}
 
 
@@ -285,11 +285,11 @@ def _regions(study: TrackingStudy) -> Table:
     return table_of("Rms error over the rms force by region of the wanted current", columns, lagging)
 
 
-def _region_error(k: int, case: Tracking) -> float | None:
+def _region_error(k: int, case: TrackingCase) -> float | None:
     return case.regions[k].error
 
 
-def _region_share(k: int, case: Tracking) -> float:
+def _region_share(k: int, case: TrackingCase) -> float:
     return 100.0 * case.regions[k].share
 
 

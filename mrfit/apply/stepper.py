@@ -15,7 +15,7 @@ import numpy as np
 from mrfit.apply import chain as columns
 from mrfit.apply.chain import advanced, followed
 from mrfit.apply.damper import Damper
-from mrfit.apply.program import DEFAULTS, Program
+from mrfit.apply.program import DEFAULTS, DamperProgram
 from mrfit.apply.undone import lasting, undone
 from mrfit.core.specs import Array, Steps
 from mrfit.errors import DataError
@@ -26,7 +26,7 @@ SHORTEST = 1e-4
 
 
 @dataclass(frozen=True)
-class Step:
+class StepEnd:
     """The end of a step.
 
     Attributes
@@ -52,7 +52,7 @@ class Stepper:
 
     def __init__(self, damper: Damper, held: bool = True, shortest: float = SHORTEST) -> None:
         self.damper, self.shortest = damper, shortest
-        self.program = Program(damper, held, shortest)
+        self.program = DamperProgram(damper, held, shortest)
         self.chain, self.inputs = self.program.chain, self.program.channels
         self.behind = tuple(name for name, _, _ in self.program.behind)
         self.lagging = tuple(name for name, _, _ in self.program.before)
@@ -79,13 +79,13 @@ class Stepper:
         nothing = np.zeros((len(given), self.chain.places.whole))
         return advanced(self.chain, nothing, given, -1.0, np.full(len(given), np.nan))[1]
 
-    def step(self, state: Array, channels: Channels, dt: float, field: Array | None = None) -> Step:
+    def step(self, state: Array, channels: Channels, dt: float, field: Array | None = None) -> StepEnd:
         """Take a step of dt s to channels (B,), or one in which the base sees a given current."""
         given = self.complete(channels)
         fields = np.full(len(given), np.nan) if field is None else np.asarray(field, dtype=np.float64)
         found, following = advanced(self.chain, state, given, dt, fields)
         force, inner, seen = found.T.copy()
-        return Step(force, inner, seen, following)
+        return StepEnd(force, inner, seen, following)
 
     def inner(self, state: Array, channels: Channels, dt: float, field: Array) -> Array:
         """Return the force at the end of a step, before what is ``behind`` it, where the base sees a current (B,)."""

@@ -12,7 +12,7 @@ from mrfit.fit.extrapolation import SLACK
 
 
 @dataclass(frozen=True)
-class Moved:
+class NamedMotion:
     """A motion by name: displacement in m, velocity in m/s (N,), of a torque angle and angular velocity."""
 
     name: str
@@ -20,7 +20,7 @@ class Moved:
     velocity: Array
 
 
-def beyond_tests(damper: Damper, motions: Sequence[Moved]) -> list[str]:
+def beyond_tests(damper: Damper, motions: Sequence[NamedMotion]) -> list[str]:
     """Return a sentence on the velocity and one on the stroke, where they exceed those of the fit's tests.
 
     The stroke is told by half its extent, since its middle has no meaning in another place.

@@ -23,7 +23,7 @@ from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.tested import Moved, beyond_tests
+from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -58,7 +58,7 @@ class Gains:
 
 
 @dataclass(frozen=True)
-class Tracking:
+class TrackingCase:
     """One law tracked by one scheme; arrays (N,).
 
     Attributes
@@ -161,7 +161,7 @@ class TrackingStudy:
     amplifier: Amplifier
     gains: tuple[float, float]
     dead_time: float
-    cases: tuple[Tracking, ...]
+    cases: tuple[TrackingCase, ...]
     limits: tuple[str, ...] = ()
 
     @property
@@ -265,7 +265,7 @@ def tracking(  # noqa: PLR0913
     lagless = damper.without(*LAGS), plant.without(*LAGS)
     if lagless != (damper, plant):
         variants[False] = lagless
-    cases: list[Tracking] = []
+    cases: list[TrackingCase] = []
     found = (0.0, 0.0)
     for lag, pair in variants.items():
         for motion, demands in tasks:
@@ -278,7 +278,7 @@ def tracking(  # noqa: PLR0913
             cases += loop.cases
             found = found if any(found) else loop.gains
     x, v, _ = damper.motion
-    limits = beyond_tests(damper, [Moved(m.name, m.channels[x], m.channels[v]) for m, _ in tasks])
+    limits = beyond_tests(damper, [NamedMotion(m.name, m.channels[x], m.channels[v]) for m, _ in tasks])
     return TrackingStudy(damper, plant, amplifier, found, prompt(damper)[1], tuple(cases), tuple(limits))
 
 
@@ -304,7 +304,7 @@ class _Loop:
         self.behind = bool(whole.behind)
         asked = whole.undone(desired, motion.dt) if self.behind else desired
         self.asked = {id(d): one for (d, _), one in zip(lanes, asked, strict=True)}
-        self.cases: list[Tracking] = []
+        self.cases: list[TrackingCase] = []
         self.gains = gains.of(self.damper, self._reach())
 
     def follow(self, demand: Demand, scheme: str) -> None:
@@ -326,7 +326,7 @@ class _Loop:
         tracked(lane, motion.dt, own)
         region = regions(own.wanted, own.saturated > 0.0, own.force, own.feasible)
         self.cases.append(
-            Tracking(
+            TrackingCase(
                 motion.name, demand.law, scheme, self.lag, motion.time, demand.force, own.feasible, own.force,
                 own.wanted, own.command, own.field, region, motion.channels[self.damper.motion[1]],
             )

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lsim
 
-from mrfit.apply.program import Program
+from mrfit.apply.program import DamperProgram
 from mrfit.core.specs import Array
 from mrfit.kernels.lti import SHORTEST
 
@@ -15,7 +15,7 @@ from mrfit.kernels.lti import SHORTEST
 _FELT, _SHORT = 10.0, 0.01
 
 
-def _parts(program: Program) -> list[tuple[float, tuple[float, ...], tuple[float, float]]]:
+def _parts(program: DamperProgram) -> list[tuple[float, tuple[float, ...], tuple[float, float]]]:
     """Return dead time in s, poles in 1/s and zeros of what lies behind the force, from the force on."""
     found: list[tuple[float, tuple[float, ...], tuple[float, float]]] = []
     for _, module, theta in program.behind:
@@ -31,12 +31,12 @@ def _parts(program: Program) -> list[tuple[float, tuple[float, ...], tuple[float
     return found
 
 
-def lasting(program: Program) -> float:
+def lasting(program: DamperProgram) -> float:
     """Return for how many s the force is felt behind what it passes, to 5e-5."""
     return float(sum(dead + _FELT * sum(1.0 / p for p in poles) for dead, poles, _ in _parts(program)))
 
 
-def undone(program: Program, signal: Array, dt: float) -> Array:
+def undone(program: DamperProgram, signal: Array, dt: float) -> Array:
     """Return the signals (L, N) before it of smooth ones wanted behind it: known ahead, their last value beyond."""
     for dead, poles, zeros in reversed(_parts(program)):
         if len(poles) == 1:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import Chain, Trial, commit, inputs, step
+from mrfit.apply.chain import DamperChain, Trial, commit, inputs, step
 from mrfit.apply.solving import Inverse, command, solve
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
@@ -48,7 +48,7 @@ class ControlNumbers(NamedTuple):
     high: float
 
 
-class Course(NamedTuple):
+class RideCourse(NamedTuple):
     """Samples of a ride, (M,) each, in the order of ``car.Ride``."""
 
     acceleration: Array
@@ -83,16 +83,16 @@ class Setup(NamedTuple):
         Filled on the way.
     """
 
-    chain: Chain
+    chain: DamperChain
     inverse: Inverse
-    coil: Chain
+    coil: DamperChain
     coil_inverse: Inverse
     motion: Index
     usual: Array
     car: QuarterCarNumbers
     control: ControlNumbers
     road: Array
-    course: Course
+    course: RideCourse
 
 
 class Way(NamedTuple):

@@ -211,35 +211,23 @@ def track(
 
 
 def _print_tracking(summary: "TrackFile") -> None:
-    from mrfit.apply.stage import if_lagging, lag_text
+    from mrfit.apply.page import table_of
+    from mrfit.apply.stage import lag_column
 
-    lags = bool(summary.lag_costs)
-    columns = (
-        "law",
-        "motion",
-        "scheme",
-        *if_lagging(lags, "lag"),
-        "error",
-        "region I",
-        "II",
-        "III",
-        "Err_rms_f",
-        "Err_energy",
-    )
-    rows = [
-        [
-            c.law,
-            c.motion,
-            c.scheme,
-            *if_lagging(lags, lag_text(c.lag)),
-            c.error,
-            *(r.error for r in c.regions),
-            c.err_rms_f,
-            c.err_energy,
-        ]
-        for c in summary.cases
-    ]
-    console.print_table(f"Forces tracked by {summary.fit}: rms error over rms force", columns, rows)
+    columns = {
+        "law": lambda c: c.law,
+        "motion": lambda c: c.motion,
+        "scheme": lambda c: c.scheme,
+        **lag_column(bool(summary.lag_costs)),
+        "error": lambda c: c.error,
+        "region I": lambda c: c.regions[0].error,
+        "II": lambda c: c.regions[1].error,
+        "III": lambda c: c.regions[2].error,
+        "Err_rms_f": lambda c: c.err_rms_f,
+        "Err_energy": lambda c: c.err_energy,
+    }
+    table = table_of(f"Forces tracked by {summary.fit}: rms error over rms force", columns, summary.cases)
+    console.print_table(table.caption, table.heads, table.rows)
     for line in (*_lag_words(summary), *summary.notes, f"Page: {summary.page}"):
         console.say(line)
 
@@ -309,33 +297,21 @@ def quarter_car(
 
 
 def _print_rides(summary: "QuarterCarFile") -> None:
-    from mrfit.apply.stage import if_lagging, lag_text
+    from mrfit.apply.page import table_of
+    from mrfit.apply.stage import lag_column
 
-    lags = any(not r.lag for r in summary.rows)
-    columns = (
-        "road",
-        "control",
-        *if_lagging(lags, "lag"),
-        "rms acceleration",
-        "tyre load",
-        "least load",
-        "rms travel",
-        "chatter",
-    )
-    rows = [
-        [
-            r.road,
-            r.control,
-            *if_lagging(lags, lag_text(r.lag)),
-            r.acceleration,
-            r.tyre_load,
-            r.least_load,
-            r.travel,
-            r.chatter.cause or "–",
-        ]
-        for r in summary.rows
-    ]
+    columns = {
+        "road": lambda r: r.road,
+        "control": lambda r: r.control,
+        **lag_column(any(not r.lag for r in summary.rows)),
+        "rms acceleration": lambda r: r.acceleration,
+        "tyre load": lambda r: r.tyre_load,
+        "least load": lambda r: r.least_load,
+        "rms travel": lambda r: r.travel,
+        "chatter": lambda r: r.chatter.cause or "–",
+    }
     title = f"Quarter car on {summary.fit}: acceleration in m/s², tyre load over the static one, travel in m"
-    console.print_table(title, columns, rows)
+    table = table_of(title, columns, summary.rows)
+    console.print_table(table.caption, table.heads, table.rows)
     for line in (*summary.findings, f"Page: {summary.page}"):
         console.say(line)

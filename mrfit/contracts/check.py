@@ -12,7 +12,7 @@ from mrfit.core.specs import Array
 Item = TypeVar("Item")
 
 
-class Broken(Exception):
+class ContractBreach(Exception):
     """An item does not keep what it has to; the message says by how much, or where."""
 
 
@@ -54,7 +54,7 @@ def need(holds: object, text: str) -> None:
         If it does not.
     """
     if not holds:
-        raise Broken(text)
+        raise ContractBreach(text)
 
 
 def need_close(found: Array, wanted: Array, share: float, floor: float, what: str) -> None:
@@ -76,7 +76,7 @@ def broken(check: Check[Item], item: Item) -> str:
         warnings.simplefilter("error")
         try:
             check.run(item)
-        except Broken as error:
+        except ContractBreach as error:
             return str(error)
         except Exception as error:
             return f"{type(error).__name__}: {' '.join(str(error).split())}"

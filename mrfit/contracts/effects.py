@@ -26,7 +26,7 @@ BASES: dict[str, tuple[str, tuple[tuple[str, int], ...]]] = {
 
 
 @dataclass(frozen=True)
-class Pair:
+class EffectOnBase:
     """A base model, and the same with the effect."""
 
     spec: EffectSpec
@@ -55,12 +55,12 @@ class Pair:
         return self.base.simulate(drive, self.theta(own)[:, : -len(self.spec.params)], DT)
 
 
-def pairs(effect: Effect) -> Iterator[Pair]:
+def pairs(effect: Effect) -> Iterator[EffectOnBase]:
     """Yield the effect on a base of each output it acts on."""
     for output in effect.SPEC.outputs:
         base, orders = BASES[output]
         dependence = CurrentDependence(orders, 0.0, 2.0)
-        yield Pair(effect.SPEC, assemble(base, dependence), assemble(f"{base}+{effect.SPEC.name}", dependence))
+        yield EffectOnBase(effect.SPEC, assemble(base, dependence), assemble(f"{base}+{effect.SPEC.name}", dependence))
 
 
 def anywhere(spec: EffectSpec, count: int) -> Array:

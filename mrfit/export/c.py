@@ -12,11 +12,11 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.c_parts import Parts, checkable, parts_of, stated
 from mrfit.export.causality import Cost, costs
-from mrfit.export.compiler import Compiled, compiled, compiler
+from mrfit.export.compiler import CompiledModel, compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.motion import motion_of
 from mrfit.export.printer.c_text import constants, function_text, macros, math_functions, small_functions
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import c_comment, field, number
@@ -98,7 +98,7 @@ class CExport:
     notes: tuple[str, ...]
 
 
-def c_export(source: Source) -> CExport:
+def c_export(source: ExportSource) -> CExport:
     """Return the C99 form of a fit, compared with the simulation where there is a compiler.
 
     Raises
@@ -115,14 +115,14 @@ def c_export(source: Source) -> CExport:
     return CExport(parts.context.p, files, difference, cost, tuple(notes_of(source)))
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return header, source and self-test."""
     made = c_export(source)
     contents = {name: text.encode("ascii") for name, text in made.files.items()}
     return Files(contents, (made.difference.text, *made.notes, *made.cost.lines), made.difference.largest)
 
 
-def notes_of(source: Source) -> list[str]:
+def notes_of(source: ExportSource) -> list[str]:
     """Return remarks on times that a causal model cannot have, and on forms that are not the simulation."""
     notes = [
         f"{source.spec.names[k]} is {source.theta[k]:.3g} s: the logs have it before it happens, which a causal "
@@ -132,7 +132,7 @@ def notes_of(source: Source) -> list[str]:
     return notes + stated(source)
 
 
-def _early(source: Source) -> list[int]:
+def _early(source: ExportSource) -> list[int]:
     """Return the places of times by which something happens before its cause."""
     first = len(source.base_theta)
     return [
@@ -142,14 +142,16 @@ def _early(source: Source) -> list[int]:
     ]
 
 
-def causal(source: Source) -> Source:
+def causal(source: ExportSource) -> ExportSource:
     """Return it with those times 0."""
     theta = source.theta.copy()
     theta[_early(source)] = 0.0
     return replace(source, theta=theta)
 
 
-def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False) -> dict[str, str]:
+def rendered(
+    source: ExportSource, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False
+) -> dict[str, str]:
     """Return the contents of header, source and self-test, by file name."""
     prefix, program = parts.context.p, parts.program
     motion = motion_of(source, cost.tau)
@@ -177,7 +179,7 @@ def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tuna
     return files
 
 
-def _selftest(source: Source) -> SelfTest | None:
+def _selftest(source: ExportSource) -> SelfTest | None:
     """Return the self-test: the first samples of a segment in which the output moves most; None without logs."""
     if not source.stretches:
         return None
@@ -212,7 +214,7 @@ def driver(parts: Parts) -> str:
     return filled("driver.c.j2", vars(parts.context))
 
 
-def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> AbstractContextManager[Compiled]:
+def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> AbstractContextManager[CompiledModel]:
     """Give the exported model as a program.
 
     Raises
@@ -225,7 +227,7 @@ def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> A
     return compiled({**sources, "driver.c": driver(parts)}, len(parts.context.inputs), options)
 
 
-def differs(source: Source, parts: Parts, files: dict[str, str]) -> Difference:
+def differs(source: ExportSource, parts: Parts, files: dict[str, str]) -> Difference:
     """Return the difference of the compiled export from the simulation in Python on the fit's logs."""
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
@@ -236,7 +238,7 @@ def differs(source: Source, parts: Parts, files: dict[str, str]) -> Difference:
         return replace(found, uneven=_unevenly(source, program))
 
 
-def _unevenly(source: Source, program: Compiled) -> float | None:
+def _unevenly(source: ExportSource, program: CompiledModel) -> float | None:
     """Return the largest difference, as a share of the output's range, where samples of the logs are missing."""
     rng, largest, low, high = np.random.default_rng(0), 0.0, np.inf, -np.inf
     for drive, dt in source.compared():
@@ -253,12 +255,12 @@ def _unevenly(source: Source, program: Compiled) -> float | None:
     return largest / (float(high - low) or 1.0)
 
 
-def user_inputs(source: Source, drive: Array) -> Array:
+def user_inputs(source: ExportSource, drive: Array) -> Array:
     """Return the rows of a drive that a user sets."""
     return drive[[source.spec.inputs.index(n) for n in source.channels]]
 
 
-def compared(source: Source, run: Callable[[Array, float], Array]) -> Difference:
+def compared(source: ExportSource, run: Callable[[Array, float], Array]) -> Difference:
     """Return the difference of ``run(drive, dt)`` from the simulation in Python on the fit's logs."""
     largest, squares, samples, low, high = 0.0, 0.0, 0, np.inf, -np.inf
     drives = source.compared()

@@ -6,7 +6,7 @@ from mrfit.simulate.current_dependence import Order
 
 
 @dataclass(frozen=True)
-class Channel:
+class ChannelField:
     """An input or the output; ``ends`` is what the fit has seen of it, None where that is not judged."""
 
     name: str
@@ -111,8 +111,8 @@ class Context:
 
     tunable: bool
     p: str
-    inputs: list[Channel]
-    output: Channel
+    inputs: list[ChannelField]
+    output: ChannelField
     base: list[BaseField]
     effects: list[EffectFields]
     memories: list[Memory]

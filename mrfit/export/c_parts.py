@@ -11,14 +11,14 @@ from mrfit.core import registry
 from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.errors import DataError
-from mrfit.export.c_context import BaseField, Channel, Context, CurveTable, EffectField, EffectFields, Memory
-from mrfit.export.frame import NAMES, Frame, Part
+from mrfit.export.c_context import BaseField, ChannelField, Context, CurveTable, EffectField, EffectFields, Memory
+from mrfit.export.frame import NAMES, Frame, ModelPart
 from mrfit.export.printer import ir
 from mrfit.export.printer.elements import CURVE, Element, Sight, element
 from mrfit.export.printer.functions import python_of
-from mrfit.export.printer.reading import Reader
+from mrfit.export.printer.reading import ProgramReader
 from mrfit.export.printer.values import group
-from mrfit.export.source import Link, Source, Stretch
+from mrfit.export.source import EffectLink, ExportSource, LogStretch
 from mrfit.export.text import field, identifier, in_comment, number
 from mrfit.kernels.branch import curve_of, prepared
 from mrfit.kernels.filters import level
@@ -45,7 +45,7 @@ class Parts:
     program: ir.Program
 
 
-def parts_of(source: Source, tunable: bool = False) -> Parts:
+def parts_of(source: ExportSource, tunable: bool = False) -> Parts:
     """Return the exported model.
 
     Parameters
@@ -61,7 +61,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         If the model or an effect has no C form.
     """
     prefix = prefix_of(source.prefix or source.name)
-    reader = Reader(own_functions(), f"{prefix}_")
+    reader = ProgramReader(own_functions(), f"{prefix}_")
     scaled = {p.role for p in source.base.params}
     # parameters without roles have nothing that such an effect could scale
     links = [k for k in source.links if k.spec.slot != "theta" or scaled & {*_roles(k)}]
@@ -72,16 +72,16 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     curve = _curve(model, source, tunable) if curved else None
     reader.structs[CURVE.tag] = _curve_kinds(curve.rows if curve else 0)
     sight = Sight("base", "b", source.channels, bool(varying or roles), shaping=not curved)
-    base = Part("base", "base", _printed(reader, "model", source.base.name, sight))
+    base = ModelPart("base", "base", _printed(reader, "model", source.base.name, sight))
     frame = Frame(reader.program, base, fine)
-    fields, parts = base_fields(source, roles), list[Part]()
+    fields, parts = base_fields(source, roles), list[ModelPart]()
     frame.values(fields, source.dependence)
     for link in sorted(links, key=lambda k: k.spec.slot == "loop"):
         if link.spec.slot == "loop":
             frame.inner(parts, roles)
         ident = _ident(link.spec.name)
         sight = Sight(ident, "e", source.channels, tried=frame.tried if link.spec.slot == "loop" else None)
-        parts.append(Part(ident, link.spec.slot, _printed(reader, "effect", link.spec.name, sight)))
+        parts.append(ModelPart(ident, link.spec.slot, _printed(reader, "effect", link.spec.name, sight)))
     if not any(k.spec.slot == "loop" for k in links):
         frame.inner(parts, roles)
     if tunable and curve:
@@ -95,7 +95,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         tunable=tunable,
         p=prefix,
         inputs=inputs,
-        output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
+        output=ChannelField(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
         base=fields,
         effects=[_effect(link, part.element, source) for link, part in zip(links, parts, strict=True)],
         memories=[Memory(p.ident, p.element.state, p.element.past) for p in elements if p.element.rest],
@@ -113,7 +113,7 @@ def _ident(name: str) -> str:
     return field(name.replace("-", "_"))
 
 
-def _printed(reader: Reader, kind: Literal["model", "effect"], name: str, sight: Sight) -> Element:
+def _printed(reader: ProgramReader, kind: Literal["model", "effect"], name: str, sight: Sight) -> Element:
     """Return a model or an effect as it is printed.
 
     Raises
@@ -133,7 +133,7 @@ def _printed(reader: Reader, kind: Literal["model", "effect"], name: str, sight:
     return made
 
 
-def _needs_middles(source: Source, tunable: bool) -> bool:
+def _needs_middles(source: ExportSource, tunable: bool) -> bool:
     """Return whether an effect needs, or may need, what is made in the middle between steps."""
     if any(link.spec.slot == "loop" for link in source.links):
         return False
@@ -141,17 +141,17 @@ def _needs_middles(source: Source, tunable: bool) -> bool:
     return any(isinstance(m, MovesDrive) and (tunable or m.needs_middles(theta)) for m, theta in modules)
 
 
-def _roles(link: Link) -> tuple[str, ...]:
+def _roles(link: EffectLink) -> tuple[str, ...]:
     """Return the roles whose parameters an effect scales."""
     return tuple(getattr(registry.load("effect", link.spec.name), "ROLES", ())) if link.spec.slot == "theta" else ()
 
 
-def _knows_middle(link: Link) -> bool:
+def _knows_middle(link: EffectLink) -> bool:
     """Return whether an effect sees the stroke less its middle."""
     return bool(getattr(registry.load("effect", link.spec.name), "CENTRED", ()))
 
 
-def stated(source: Source) -> list[str]:
+def stated(source: ExportSource) -> list[str]:
     """Return remarks on effects whose causal form cannot be the simulation in Python."""
     return [f"{link.spec.name}: {OTHER_MIDDLE}" for link in source.links if _knows_middle(link)]
 
@@ -174,7 +174,7 @@ def own_functions() -> frozenset[str]:
     return frozenset({*NAMES, *(f"{e}_{word}" for e in elements for word in words)})
 
 
-def _channel(source: Source, name: str) -> Channel:
+def _channel(source: ExportSource, name: str) -> ChannelField:
     from mrfit.export.head import channel_text
 
     ends = None
@@ -183,10 +183,10 @@ def _channel(source: Source, name: str) -> Channel:
         low, high = source.ranges[name]
         room = 1e-6 * max(high - low, abs(low), abs(high))
         ends = low - room, high + room
-    return Channel(name, field(name), in_comment(channel_text(source, name)), ends)
+    return ChannelField(name, field(name), in_comment(channel_text(source, name)), ends)
 
 
-def base_fields(source: Source, roles: list[str]) -> list[BaseField]:
+def base_fields(source: ExportSource, roles: list[str]) -> list[BaseField]:
     """Return the base's parameters: how they are stored, their values, and how they depend on current."""
     dependence, spec = source.dependence, source.base
     orders: dict[str, Order] = dict(dependence.orders) if dependence else {}
@@ -217,7 +217,7 @@ def base_fields(source: Source, roles: list[str]) -> list[BaseField]:
     return found
 
 
-def _effect(link: Link, printed: Element, source: Source) -> EffectFields:
+def _effect(link: EffectLink, printed: Element, source: ExportSource) -> EffectFields:
     """Return an effect's parameters, and what it takes from the logs."""
     first = len(source.theta) - sum(len(k.theta) for k in source.links)
     first += sum(len(k.theta) for k in source.links[: source.links.index(link)])
@@ -231,13 +231,13 @@ def _effect(link: Link, printed: Element, source: Source) -> EffectFields:
     return EffectFields(link.spec.name, _ident(link.spec.name), in_comment(link.spec.title), rows)
 
 
-def _middle_of(source: Source) -> float:
+def _middle_of(source: ExportSource) -> float:
     """Return the middle of the stroke of one of the logs, on which the export can then be checked."""
     levels = sorted(level(s.inputs["displacement"]) for s in source.stretches)
     return levels[(len(levels) - 1) // 2] if levels else 0.0
 
 
-def checkable(source: Source) -> list[Stretch]:
+def checkable(source: ExportSource) -> list[LogStretch]:
     """Return the logs whose own values are the constants that effects take from all of them."""
     if not any(map(_knows_middle, source.links)):
         return list(source.stretches)
@@ -245,7 +245,7 @@ def checkable(source: Source) -> list[Stretch]:
     return [s for s in source.stretches if level(s.inputs["displacement"]) == middle]
 
 
-def _ring(source: Source, parts: list[Part], links: list[Link | None], tunable: bool) -> int:
+def _ring(source: ExportSource, parts: list[ModelPart], links: list[EffectLink | None], tunable: bool) -> int:
     """Return the number of late values that are kept, 0 if none are."""
     longest = list[float]()
     for part, link in zip(parts, links, strict=True):
@@ -264,7 +264,7 @@ def _ends(spec: ModelSpec | EffectSpec) -> list[tuple[float, ...]]:
     return [tuple(high), *((*high[:k], p.low, *high[k + 1 :]) for k, p in enumerate(spec.params))]
 
 
-def _curve(model: Any, source: Source, tunable: bool) -> CurveTable:
+def _curve(model: Any, source: ExportSource, tunable: bool) -> CurveTable:
     """Return the branch curve of a base whose shape holds."""
     fields = base_fields(source, [])
     found = curve_of(*model.loop(tuple(float(q.values[0]) for q in fields)))
@@ -285,7 +285,7 @@ def _curve_kinds(rows: int) -> dict[str, ir.Kind]:
     return kinds | dict.fromkeys(("h_above", "h_below", "end", "gap", "z_max", "rate", "n", "rho"), ir.REAL)
 
 
-def _curve_calls(reader: Reader, model: Any, source: Source) -> tuple[ir.Call, ir.Call]:
+def _curve_calls(reader: ProgramReader, model: Any, source: ExportSource) -> tuple[ir.Call, ir.Call]:
     """Return the calls that give a curve's shape of the parameters ``b``, and its cells of that."""
     theta = [ir.Member(ir.Name("b", ir.struct("base_values")), field(p.name)) for p in source.base.params]
     made = reader.function(model.loop, {"theta": group(theta).kind})

@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.export.motion import derived_of
-from mrfit.export.source import Source, Stretch
+from mrfit.export.source import ExportSource, LogStretch
 from mrfit.kernels.filters import lag
 
 # Time constants in s of the differentiator that are tried
@@ -17,7 +17,7 @@ DEFAULT = 0.002
 # Most samples of a segment, and most segments, that are simulated for it
 SAMPLES, SEGMENTS = 20_000, 20
 
-Changed = Callable[[Stretch], Mapping[str, Array]]
+Changed = Callable[[LogStretch], Mapping[str, Array]]
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def differentiated(x: Array, dt: float, tau: float) -> tuple[Array, Array]:
     return (one - two) / tau, ((x - one) - (one - two)) / tau**2
 
 
-def costs(source: Source) -> Cost:
+def costs(source: ExportSource) -> Cost:
     """Return the costs of raw inputs and of derived ones, RMS over the fit's logs as a share of the output's range."""
     channel, orders = derived_of(source)
     chosen = [s for s in source.stretches if s.raw][:SEGMENTS] or list(source.stretches)[:SEGMENTS]
@@ -71,12 +71,12 @@ def costs(source: Source) -> Cost:
     return Cost(tuple(lines), best, raw, found)
 
 
-def _stroke(stretch: Stretch, channel: str) -> Array | None:
+def _stroke(stretch: LogStretch, channel: str) -> Array | None:
     return stretch.raw.get(channel, stretch.inputs.get(channel))
 
 
 def _differentiator(channel: str, orders: Mapping[int, str], tau: float) -> Changed:
-    def changed(stretch: Stretch) -> dict[str, Array]:
+    def changed(stretch: LogStretch) -> dict[str, Array]:
         stroke = _stroke(stretch, channel)
         assert stroke is not None
         rate, second = differentiated(stroke[:SAMPLES], stretch.dt, tau)
@@ -86,7 +86,7 @@ def _differentiator(channel: str, orders: Mapping[int, str], tau: float) -> Chan
     return changed
 
 
-def _mean(source: Source, chosen: list[Stretch], inputs_of: Changed) -> float:
+def _mean(source: ExportSource, chosen: list[LogStretch], inputs_of: Changed) -> float:
     """Return the RMS change of the output as a share of its range."""
     squares, samples = 0.0, 0
     for s in chosen:

@@ -57,7 +57,7 @@ def fault(printed: bytes) -> str:
     return next((line for line in text.splitlines() if "error" in line), text[:200]).strip()
 
 
-class Compiled:
+class CompiledModel:
     """A program that reads rows of doubles, dt and the inputs, and writes rows of doubles, output and in_range."""
 
     def __init__(self, program: Path, channels: int) -> None:
@@ -76,7 +76,7 @@ class Compiled:
 
 
 @contextmanager
-def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = ()) -> Iterator[Compiled]:
+def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = ()) -> Iterator[CompiledModel]:
     """Give a program of C files, by name, of which one has ``main``.
 
     Raises
@@ -91,4 +91,4 @@ def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = (
             (place / name).write_text(text, encoding="ascii")
         sources = [place / name for name in files if name.endswith(".c")]
         run_compiler(["-std=c99", *options, *sources, "-lm", "-o", place / "program"], place, "--to c")
-        yield Compiled(place / "program", channels)
+        yield CompiledModel(place / "program", channels)

@@ -7,10 +7,10 @@ from importlib.metadata import version
 from mrfit.core.channels import unit_of
 from mrfit.export.c_parts import Parts
 from mrfit.export.head import channel_text
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.text import field, number
 from mrfit.export.units import base_units
-from mrfit.export.xml import Node, xml
+from mrfit.export.xml import XmlElement, xml
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Variable:
     boolean: bool = False
 
 
-def variables_of(source: Source) -> list[Variable]:
+def variables_of(source: ExportSource) -> list[Variable]:
     """Return inputs, outputs and parameters in the order of their value references."""
     from mrfit.export.fmu import start_of
 
@@ -55,7 +55,7 @@ def variables_of(source: Source) -> list[Variable]:
     return found
 
 
-def model_description(source: Source, parts: Parts, token: str, head: Sequence[str], fmi: int) -> bytes:
+def model_description(source: ExportSource, parts: Parts, token: str, head: Sequence[str], fmi: int) -> bytes:
     """Return modelDescription.xml."""
     variables = variables_of(source)
     shared = {
@@ -67,24 +67,24 @@ def model_description(source: Source, parts: Parts, token: str, head: Sequence[s
     identifier = parts.context.p
     units = _units(variables)
     step = number(source.stretches[0].dt) if source.stretches else "0.001"
-    experiment = Node("DefaultExperiment", {"startTime": "0.0", "stopTime": "1.0", "stepSize": step})
+    experiment = XmlElement("DefaultExperiment", {"startTime": "0.0", "stopTime": "1.0", "stepSize": step})
     if fmi == 2:
-        simulation = Node(
+        simulation = XmlElement(
             "CoSimulation",
             {
                 "modelIdentifier": identifier,
                 "canHandleVariableCommunicationStepSize": "true",
                 "canGetAndSetFMUstate": "true",
             },
-            [Node("SourceFiles", {}, [Node("File", {"name": n}) for n in (f"{identifier}.c", "fmi2.c")])],
+            [XmlElement("SourceFiles", {}, [XmlElement("File", {"name": n}) for n in (f"{identifier}.c", "fmi2.c")])],
         )
-        root = Node(
+        root = XmlElement(
             "fmiModelDescription",
             {"fmiVersion": "2.0", "guid": token, **shared},
             [simulation, units, experiment, _variables_2(variables), _structure_2(variables)],
         )
         return xml(root, head)
-    simulation = Node(
+    simulation = XmlElement(
         "CoSimulation",
         {
             "modelIdentifier": identifier,
@@ -92,7 +92,7 @@ def model_description(source: Source, parts: Parts, token: str, head: Sequence[s
             "canGetAndSetFMUState": "true",
         },
     )
-    root = Node(
+    root = XmlElement(
         "fmiModelDescription",
         {"fmiVersion": "3.0", "instantiationToken": token, **shared},
         [simulation, units, experiment, _variables_3(variables), _structure_3(variables)],
@@ -100,11 +100,13 @@ def model_description(source: Source, parts: Parts, token: str, head: Sequence[s
     return xml(root, head)
 
 
-def _units(variables: Sequence[Variable]) -> Node:
+def _units(variables: Sequence[Variable]) -> XmlElement:
     # the time's unit too
     names = dict.fromkeys(v.unit for v in variables if v.unit and v.unit != "1") | {"s": None}
-    return Node(
-        "UnitDefinitions", {}, [Node("Unit", {"name": u}, [Node("BaseUnit", dict(base_units(u)))]) for u in names]
+    return XmlElement(
+        "UnitDefinitions",
+        {},
+        [XmlElement("Unit", {"name": u}, [XmlElement("BaseUnit", dict(base_units(u)))]) for u in names],
     )
 
 
@@ -127,44 +129,50 @@ def _initial(variable: Variable) -> dict[str, str]:
     return {"initial": "calculated"} if variable.causality == "output" else {}
 
 
-def _variables_2(variables: Sequence[Variable]) -> Node:
+def _variables_2(variables: Sequence[Variable]) -> XmlElement:
     rows = [
-        Node(
+        XmlElement(
             "ScalarVariable",
             {**_named(v), **_initial(v)},
-            [Node("Boolean" if v.boolean else "Real", _typed(v))],
+            [XmlElement("Boolean" if v.boolean else "Real", _typed(v))],
         )
         for v in variables
     ]
-    return Node("ModelVariables", {}, rows)
+    return XmlElement("ModelVariables", {}, rows)
 
 
-def _variables_3(variables: Sequence[Variable]) -> Node:
-    rows = [Node("Boolean" if v.boolean else "Float64", {**_named(v), **_initial(v), **_typed(v)}) for v in variables]
+def _variables_3(variables: Sequence[Variable]) -> XmlElement:
+    rows = [
+        XmlElement("Boolean" if v.boolean else "Float64", {**_named(v), **_initial(v), **_typed(v)}) for v in variables
+    ]
     time = Variable("time", len(variables), "independent", "continuous", "time of the simulation", "s")
-    units = Node("Float64", {**_named(time), "unit": "s"})
-    return Node("ModelVariables", {}, [*rows, units])
+    units = XmlElement("Float64", {**_named(time), "unit": "s"})
+    return XmlElement("ModelVariables", {}, [*rows, units])
 
 
-def _structure_2(variables: Sequence[Variable]) -> Node:
+def _structure_2(variables: Sequence[Variable]) -> XmlElement:
     # counted from 1 in the order of the variables
     places = [str(k) for k, v in enumerate(variables, 1) if v.causality == "output"]
-    unknowns = [Node("Unknown", {"index": place}) for place in places]
-    return Node("ModelStructure", {}, [Node("Outputs", {}, unknowns), Node("InitialUnknowns", {}, unknowns)])
+    unknowns = [XmlElement("Unknown", {"index": place}) for place in places]
+    return XmlElement(
+        "ModelStructure", {}, [XmlElement("Outputs", {}, unknowns), XmlElement("InitialUnknowns", {}, unknowns)]
+    )
 
 
-def _structure_3(variables: Sequence[Variable]) -> Node:
+def _structure_3(variables: Sequence[Variable]) -> XmlElement:
     references = [str(v.reference) for v in variables if v.causality == "output"]
-    rows = [Node(name, {"valueReference": r}) for name in ("Output", "InitialUnknown") for r in references]
-    return Node("ModelStructure", {}, rows)
+    rows = [XmlElement(name, {"valueReference": r}) for name in ("Output", "InitialUnknown") for r in references]
+    return XmlElement("ModelStructure", {}, rows)
 
 
 def build_description(prefix: str) -> bytes:
     """Return buildDescription.xml: how the sources are compiled."""
-    code = Node(
-        "SourceFileSet", {"language": "C99"}, [Node("SourceFile", {"name": n}) for n in (f"{prefix}.c", "fmi3.c")]
+    code = XmlElement(
+        "SourceFileSet", {"language": "C99"}, [XmlElement("SourceFile", {"name": n}) for n in (f"{prefix}.c", "fmi3.c")]
     )
-    root = Node(
-        "fmiBuildDescription", {"fmiVersion": "3.0"}, [Node("BuildConfiguration", {"modelIdentifier": prefix}, [code])]
+    root = XmlElement(
+        "fmiBuildDescription",
+        {"fmiVersion": "3.0"},
+        [XmlElement("BuildConfiguration", {"modelIdentifier": prefix}, [code])],
     )
     return xml(root, ["How the sources of this FMU are compiled"])

@@ -21,7 +21,7 @@ from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import compiled, required, run_compiler
 from mrfit.export.fmi_description import build_description, model_description
 from mrfit.export.head import CAUSALITY, head_lines
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import c_comment, number
@@ -49,7 +49,7 @@ class Input:
     start: str
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return one FMU.
 
     Raises
@@ -83,13 +83,13 @@ def files(source: Source, settings: Settings) -> Files:
     return Files({f"{prefix}.fmu": archive}, said, error)
 
 
-def token_of(source: Source, settings: Settings) -> str:
+def token_of(source: ExportSource, settings: Settings) -> str:
     """Return the token that ties a description to its binary: of the fit, the parameters and the version."""
     text = f"{source.digest} {source.condition} {source.assembly.name} {settings.fmi}"
     return f"{{{uuid.uuid5(uuid.NAMESPACE_URL, text)}}}"
 
 
-def wrapped_sources(source: Source, parts: Parts, cost: Cost, settings: Settings) -> dict[str, str]:
+def wrapped_sources(source: ExportSource, parts: Parts, cost: Cost, settings: Settings) -> dict[str, str]:
     """Return the C files of an FMU by name, the standard's headers included."""
     prefix = parts.context.p
     model = rendered(source, parts, [], cost, tunable=True)
@@ -111,7 +111,7 @@ def wrapped_sources(source: Source, parts: Parts, cost: Cost, settings: Settings
     return files
 
 
-def start_of(source: Source, name: str) -> float:
+def start_of(source: ExportSource, name: str) -> float:
     """Return an input's start value: 0, or the nearest to it that the fit has seen of what is held at a level."""
     if name not in ("temperature", "current") or name not in source.ranges:
         return 25.0 if name == "temperature" else 0.0
@@ -159,7 +159,7 @@ def built_binaries(prefix: str, sources: Mapping[str, str], fmi: int) -> dict[tu
 
 
 def packed(
-    source: Source,
+    source: ExportSource,
     parts: Parts,
     sources: Mapping[str, str],
     binaries: Mapping[tuple[str, str], bytes],

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import TypeAlias
 
-from mrfit.export.c_context import BaseField, Channel
+from mrfit.export.c_context import BaseField, ChannelField
 from mrfit.export.printer import ir
 from mrfit.export.printer.elements import CURVE, Element
 from mrfit.export.printer.shaping import shape
@@ -35,7 +35,7 @@ Given: TypeAlias = Mapping[str, ir.Expression]
 
 
 @dataclass(frozen=True)
-class Part:
+class ModelPart:
     """An element of the model: its name there, the slot of an effect, its functions, and the roles that it scales."""
 
     ident: str
@@ -57,7 +57,7 @@ class Frame:
         Whether the model also runs along the middles between steps.
     """
 
-    def __init__(self, program: ir.Program, base: Part, fine: bool) -> None:
+    def __init__(self, program: ir.Program, base: ModelPart, fine: bool) -> None:
         self.program, self.base, self.fine = program, base, fine
 
     def add(
@@ -87,8 +87,8 @@ class Frame:
             assert dependence is not None
             table = ir.Name(f"l{k}", ir.Kind("array", (), (count(order),)))
             self.basis(f"basis_{k}", order, dependence)
-            body.append(ir.Declare(table.name, table.kind, ir.Group((), table.kind)))
-            body.append(ir.Run(self.called(f"basis_{k}", {"current": _CURRENT, "l": table}), ()))
+            body.append(ir.Declare(table.name, table.kind, ir.Values((), table.kind)))
+            body.append(ir.CallStatement(self.called(f"basis_{k}", {"current": _CURRENT, "l": table}), ()))
         for q in fields:
             value: ir.Expression = _P.field(q.stored)
             if q.order:
@@ -127,17 +127,17 @@ class Frame:
         self.add(name, f"{title}; held beyond them", [*body, *chosen], changed="l")
 
     def steps(
-        self, part: Part, target: ir.Name | None = None, memory: ir.Expression = _MEMORY, **own: ir.Expression
+        self, part: ModelPart, target: ir.Name | None = None, memory: ir.Expression = _MEMORY, **own: ir.Expression
     ) -> Iterator[ir.Statement]:
         """Yield a step of an element, at rest first; its output goes to ``target``."""
         fixed: Given = {"p": _P, "m": _MEMORY, "b": _B, "f": _F, "in": _U, "y": _Y, "dt": _DT}
         given = {**fixed, "curve": _P.field("curve", CURVE), **_places(part, memory), **own}
         if part.element.rest is not None:
-            yield ir.If(_AT_REST, (ir.Run(self.called(part.element.rest.name, given), ()),))
+            yield ir.If(_AT_REST, (ir.CallStatement(self.called(part.element.rest.name, given), ()),))
         call = self.called(part.element.step.name, given)
-        yield ir.Assign(target, call) if target else ir.Run(call, ())
+        yield ir.Assign(target, call) if target else ir.CallStatement(call, ())
 
-    def outputs(self, parts: Sequence[Part], memory: ir.Expression) -> Iterator[ir.Statement]:
+    def outputs(self, parts: Sequence[ModelPart], memory: ir.Expression) -> Iterator[ir.Statement]:
         """Yield the steps of effects of the slot ``output``."""
         for part in parts:
             if part.slot == "output" and self.fine and part.element.moved is not None:
@@ -147,7 +147,7 @@ class Frame:
             elif part.slot == "output":
                 yield from self.steps(part, _Y, memory)
 
-    def inner(self, parts: Sequence[Part], scaled: Sequence[str]) -> None:
+    def inner(self, parts: Sequence[ModelPart], scaled: Sequence[str]) -> None:
         """Add the model behind its inputs."""
         body: list[ir.Statement] = [ir.Declare("b", _B.kind)]
         if scaled:
@@ -155,7 +155,7 @@ class Frame:
         for part in parts:
             body += self.steps(part) if part.slot == "theta" else ()
         given: Given = {"p": _P, "f": _F, "current": _U.field("current"), "b": _B}
-        body += [ir.Run(self.called("values_at", given), ()), *self.steps(self.base, _Y)]
+        body += [ir.CallStatement(self.called("values_at", given), ()), *self.steps(self.base, _Y)]
         for part in parts:
             if part.slot == "add":
                 body += [*self.steps(part, _TERM), ir.Assign(_Y, _Y + _TERM)]
@@ -174,7 +174,7 @@ class Frame:
             self.add("tried", "What it gives at another current, and stays as it was", body, ir.REAL)
         return self.called("tried", {"p": _P, "s": ir.Name("m", _MEMORY.kind), "in": _IN, "current": value, "dt": _DT})
 
-    def driven(self, parts: Sequence[Part], inputs: Sequence[Channel]) -> None:
+    def driven(self, parts: Sequence[ModelPart], inputs: Sequence[ChannelField]) -> None:
         """Add a step of the whole model, from its inputs on."""
         body = list[ir.Statement]()
         for slot in ("input", "loop"):
@@ -182,13 +182,13 @@ class Frame:
                 body += self.steps(part) if part.slot == slot else ()
                 if part.element.moved is not None and slot == "input":
                     own = {**_places(part, _MEMORY), "in": _U, "dt": _DT, "first": _FIRST}
-                    body.append(ir.Run(self.called(part.element.moved.name, own), ()))
+                    body.append(ir.CallStatement(self.called(part.element.moved.name, own), ()))
         now = _STATE.field("now", _MEMORY.kind)
         given: Given = {"p": _P, "s": now, "u": _U if body else _IN, "dt": _DT, "first": _FIRST}
         whole = list[ir.Statement]()
         if body:
             self.add("changed", "The inputs as the base sees them", body, changed="s u")
-            whole += [ir.Declare("u", _U.kind, _IN), ir.Run(self.called("changed", given), ())]
+            whole += [ir.Declare("u", _U.kind, _IN), ir.CallStatement(self.called("changed", given), ())]
         if self.fine:
             whole += self.middle(given, inputs)
         whole.append(ir.Assign(_Y, self.called("inner", given)))
@@ -196,7 +196,7 @@ class Frame:
             whole += [ir.Assign(_HALF, ir.real(0.5) * _DT), *self.outputs(parts, now)]
         self.add("driven", "A step of the whole model", [*whole, ir.Return(_Y)], ir.REAL, "s")
 
-    def middle(self, given: Given, inputs: Sequence[Channel]) -> Iterator[ir.Statement]:
+    def middle(self, given: Given, inputs: Sequence[ChannelField]) -> Iterator[ir.Statement]:
         """Yield a run of the model to the middle before a step's end, the inputs going straight there."""
         middle, apart, last = ir.Name("halfway", _U.kind), ir.Name("apart"), _STATE.field("dt")
         before, changed = _STATE.field("before", _U.kind), given["u"]
@@ -206,30 +206,30 @@ class Frame:
         yield ir.Declare("halfway", _U.kind, changed)
         if any(a.name == "dt" for a in self.program.functions["inner"].arguments):
             yield ir.Assign(apart, _DT)
-            known = ir.Choice(last > ir.real(0.0), _middle(last, _DT), _DT)
+            known = ir.Conditional(last > ir.real(0.0), _middle(last, _DT), _DT)
             going.append(ir.Assign(apart, known))
         yield ir.If(_GOING, tuple(going))
         state = _STATE.field("middle", _MEMORY.kind)
         yield ir.Assign(_BETWEEN, self.called("inner", {**given, "s": state, "u": middle, "dt": apart}))
         yield ir.Assign(before, changed)
-        yield ir.Assign(last, ir.Choice(_GOING, _DT, ir.real(0.0)))
+        yield ir.Assign(last, ir.Conditional(_GOING, _DT, ir.real(0.0)))
 
     def curve(self, loop: ir.Call, prepared: ir.Call, fields: Mapping[str, ir.Kind]) -> None:
         """Add what makes the branch curve of the base's parameters, as their model says."""
         curve, kinds = ir.Name("curve", CURVE), list(fields.items())
         body = tuple(
-            ir.Run(call, tuple(curve.field(name, kind) for name, kind in own))
+            ir.CallStatement(call, tuple(curve.field(name, kind) for name, kind in own))
             for call, own in ((loop, kinds[-4:]), (prepared, kinds[1:-4]))
         )
         title = ("Make the curve of the loop that parameters shape",)
         arguments = [ir.Argument("b", _B.kind), ir.Argument("curve", CURVE, changed=True)]
         self.program.functions["curve_set"] = ir.Function("curve_set", arguments, ir.NOTHING, body, title=title)
 
-    def checks(self, inputs: Sequence[Channel]) -> None:
+    def checks(self, inputs: Sequence[ChannelField]) -> None:
         """Add what tells numbers from others, and inputs that the fit has seen from others."""
         x, seen = ir.Name("x"), ir.Name("seen", ir.INT)
         is_one = (x > ir.real(-_HUGE)) & (x < ir.real(_HUGE))
-        body: list[ir.Statement] = [ir.Return(ir.Choice(is_one, _ONE, _ZERO, ir.INT))]
+        body: list[ir.Statement] = [ir.Return(ir.Conditional(is_one, _ONE, _ZERO, ir.INT))]
         self.add("is_number", "Whether a value is a number", body, ir.INT)
         body = [ir.Assign(seen, _ONE)]
         for c in inputs:
@@ -237,12 +237,12 @@ class Frame:
                 value = _IN.field(c.field)
                 low, high = (ir.real(v) for v in c.ends)
                 inside = (value >= low) & (value <= high)
-                body.append(ir.Assign(seen, ir.Choice(inside, seen, _ZERO, ir.INT)))
+                body.append(ir.Assign(seen, ir.Conditional(inside, seen, _ZERO, ir.INT)))
         body.append(ir.Return(seen))
         self.add("within", "Whether all inputs lie within what the fit has seen", body, ir.INT)
 
 
-def _places(part: Part, memory: ir.Expression) -> dict[str, ir.Expression]:
+def _places(part: ModelPart, memory: ir.Expression) -> dict[str, ir.Expression]:
     """Return the places of an element's parameters, and of its memory."""
     return {
         "e": _P.field(part.ident, ir.struct(f"{part.ident}_values")),

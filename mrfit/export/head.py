@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from mrfit.core.channels import unit_of
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.io.schemas.fit import MetricRow
 
 CAUSALITY = (
@@ -13,7 +13,7 @@ CAUSALITY = (
 )
 
 
-def head_lines(source: Source, measured: Sequence[str] = ()) -> list[str]:
+def head_lines(source: ExportSource, measured: Sequence[str] = ()) -> list[str]:
     """Return the head, a line each; ``measured`` says how far this export is from the simulation in Python."""
     content, spec = source.content, source.spec
     lines = [
@@ -43,7 +43,7 @@ def head_lines(source: Source, measured: Sequence[str] = ()) -> list[str]:
     return lines
 
 
-def channel_text(source: Source, name: str) -> str:
+def channel_text(source: ExportSource, name: str) -> str:
     """Return a channel with its unit and its range in the logs."""
     unit = unit_of(name)
     if name not in source.ranges:

@@ -11,7 +11,7 @@ from mrfit.core.specs import Array, EffectSpec
 from mrfit.export.c import Difference, compared
 from mrfit.export.c_parts import base_fields, prefix_of
 from mrfit.export.head import head_lines
-from mrfit.export.source import Link, Source
+from mrfit.export.source import EffectLink, ExportSource
 from mrfit.export.stage import Files
 from mrfit.io.schemas.fit import Fit, SavedFit
 from mrfit.io.schemas.reading import Entry, of_json
@@ -76,7 +76,7 @@ class EffectValues(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Check(Entry):
+class CheckSamples(Entry):
     """Samples from rest, with what the simulation makes of them, by which another program can be checked."""
 
     dt: float
@@ -98,7 +98,7 @@ class PlainModel(Entry):
     current_range: list[float] | None
     parameters: list[BaseParameter]
     effects: list[EffectValues]
-    check: Check | None
+    check: CheckSamples | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ class ExportedFit(SavedFit):
     export: PlainModel
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return one file."""
     difference = rebuilt(source, _text(source, ""))
     name = f"{prefix_of(source.prefix or source.name)}.json"
@@ -116,14 +116,14 @@ def files(source: Source, settings: Settings) -> Files:
     return Files({name: text.encode()}, (difference.text,), difference.largest)
 
 
-def _text(source: Source, told: str) -> str:
+def _text(source: ExportSource, told: str) -> str:
     own = {f.name: getattr(source.content, f.name) for f in fields(Fit)}
     # how recordings were prepared is not known of a workspace's fit
     whole = ExportedFit(**own, preparation=None, export=plain_model(source, head_lines(source, [told])))
     return json.dumps(plain(whole), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def plain_model(source: Source, head: list[str]) -> PlainModel:
+def plain_model(source: ExportSource, head: list[str]) -> PlainModel:
     """Return the model in plain numbers."""
     dependence = source.dependence
     return PlainModel(
@@ -141,17 +141,17 @@ def plain_model(source: Source, head: list[str]) -> PlainModel:
     )
 
 
-def _effect(link: Link) -> EffectValues:
+def _effect(link: EffectLink) -> EffectValues:
     spec = link.spec
     values = {p.name: float(v) for p, v in zip(spec.params, link.theta, strict=True)}
     return EffectValues(name=spec.name, slot=spec.slot, equation=spec.equation, parameters=values)
 
 
-def _channel(source: Source, name: str) -> ChannelRange:
+def _channel(source: ExportSource, name: str) -> ChannelRange:
     return ChannelRange(name=name, unit=unit_of(name), range=list(source.ranges.get(name, ())) or None)
 
 
-def _parameters(source: Source) -> list[BaseParameter]:
+def _parameters(source: ExportSource) -> list[BaseParameter]:
     dependence = source.dependence
     orders: dict[str, Order] = dict(dependence.orders) if dependence else {}
     found = []
@@ -172,16 +172,16 @@ def _parameters(source: Source) -> list[BaseParameter]:
     return found
 
 
-def _check(source: Source) -> Check | None:
+def _check(source: ExportSource) -> CheckSamples | None:
     if not source.stretches:
         return None
     stretch = source.stretches[0]
     drive = source.drive(stretch)[:, :CHECKED]
     rows = {n: drive[source.spec.inputs.index(n)].tolist() for n in source.channels}
-    return Check(dt=stretch.dt, inputs=rows, output=source.simulate(drive, stretch.dt).tolist())
+    return CheckSamples(dt=stretch.dt, inputs=rows, output=source.simulate(drive, stretch.dt).tolist())
 
 
-def rebuilt(source: Source, text: str) -> Difference:
+def rebuilt(source: ExportSource, text: str) -> Difference:
     """Return the difference of the model that is built again from a file's text from the fit's."""
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
@@ -205,7 +205,7 @@ def rebuilt(source: Source, text: str) -> Difference:
     return compared(source, run)
 
 
-def _left_out(source: Source) -> list[EffectSpec]:
+def _left_out(source: ExportSource) -> list[EffectSpec]:
     from mrfit.core import registry
 
     return [registry.load("effect", name).SPEC for name in source.without]

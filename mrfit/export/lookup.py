@@ -14,7 +14,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
-from mrfit.export.source import OWN, Source
+from mrfit.export.source import OWN, ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, c_comment, field, in_comment, number, wrapped
@@ -44,7 +44,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Table:
+class LookupTable:
     """Values of a channel over axes, in their order."""
 
     name: str
@@ -84,7 +84,7 @@ class CAxis:
 
 
 @dataclass(frozen=True)
-class Inverse:
+class CInverse:
     """The inverse as C: the channel that it gives, its axes, and its values as constants."""
 
     output: str
@@ -93,7 +93,7 @@ class Inverse:
     table: list[str]
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return the tables as CSV and as C.
 
     Raises
@@ -125,7 +125,7 @@ def files(source: Source, settings: Settings) -> Files:
     return Files(contents, tuple(told), largest)
 
 
-def drive_of(source: Source) -> str:
+def drive_of(source: ExportSource) -> str:
     """Return the channel over which the table is laid: a velocity, or what drives the model.
 
     Raises
@@ -142,7 +142,7 @@ def drive_of(source: Source) -> str:
     return first
 
 
-def forward(source: Source) -> Table:
+def forward(source: ExportSource) -> LookupTable:
     """Return the output over the drive, and over current and temperature where the model has them."""
     if not source.stretches:
         raise DataError(f"{source.name}: its logs are not at hand, and with them the ranges that a table needs")
@@ -159,10 +159,10 @@ def forward(source: Source) -> Table:
     for place in np.ndindex(*values.shape[1:]):
         levels = {a.name: float(a.at[k]) for a, k in zip(axes[1:], place, strict=True)}
         values[(slice(None), *place)] = _centre(source, axes[0], levels)
-    return Table(source.spec.output, tuple(axes), values)
+    return LookupTable(source.spec.output, tuple(axes), values)
 
 
-def _range(source: Source, name: str) -> tuple[float, float]:
+def _range(source: ExportSource, name: str) -> tuple[float, float]:
     if name in source.ranges:
         return source.ranges[name]
     # a model that derives its velocity itself
@@ -171,7 +171,7 @@ def _range(source: Source, name: str) -> tuple[float, float]:
     return -top, top
 
 
-def _centre(source: Source, axis: Axis, levels: dict[str, float]) -> Array:
+def _centre(source: ExportSource, axis: Axis, levels: dict[str, float]) -> Array:
     """Return the mean of the branches of a steady sine at the breakpoints of its drive."""
     phase = 2.0 * np.pi * np.arange((SETTLE + 1) * CYCLE + 1) / CYCLE
     amplitude, middle = 0.5 * (axis.at[-1] - axis.at[0]), 0.5 * (axis.at[-1] + axis.at[0])
@@ -201,7 +201,7 @@ def _centre(source: Source, axis: Axis, levels: dict[str, float]) -> Array:
     return 0.5 * (falling + rising)
 
 
-def against_model(source: Source, table: Table) -> tuple[float, float]:
+def against_model(source: ExportSource, table: LookupTable) -> tuple[float, float]:
     """Return largest and RMS difference from the model on the fit's logs, as shares of the output's range."""
     largest, squares, samples = 0.0, 0.0, 0
     for (drive, dt), stretch in zip(source.compared(), source.stretches, strict=False):
@@ -213,7 +213,7 @@ def against_model(source: Source, table: Table) -> tuple[float, float]:
     return largest / source.output_range, math.sqrt(squares / samples) / source.output_range
 
 
-def inverted(source: Source, table: Table) -> Table | None:
+def inverted(source: ExportSource, table: LookupTable) -> LookupTable | None:
     """Return the current over the drive, the output and the temperature; None of a model without a current.
 
     Where an output is given by no current within the fit's range, the table holds the nearer end of it.
@@ -225,7 +225,7 @@ def inverted(source: Source, table: Table) -> Table | None:
         return None
     if names[0] == "current":
         values = _solved(table.axes[0].at, table.values[:, None], wanted.at)[0]
-        return Table("current", (wanted,), values)
+        return LookupTable("current", (wanted,), values)
     place = names.index("current")
     current = table.axes[place].at
     if len(current) < 2:
@@ -235,7 +235,7 @@ def inverted(source: Source, table: Table) -> Table | None:
     found = _solved(current, moved.reshape(len(current), -1), wanted.at).reshape(*rest, OUTPUTS)
     axes = tuple(a for a in table.axes if a.name != "current")
     # over drive, output, temperature
-    return Table("current", (axes[0], wanted, *axes[1:]), np.moveaxis(found, -1, 1))
+    return LookupTable("current", (axes[0], wanted, *axes[1:]), np.moveaxis(found, -1, 1))
 
 
 def _solved(current: Array, columns: Array, wanted: Array) -> Array:
@@ -256,7 +256,7 @@ def _solved(current: Array, columns: Array, wanted: Array) -> Array:
     return found
 
 
-def of_inverse(source: Source, table: Table, inverse: Table) -> tuple[float, float]:
+def of_inverse(source: ExportSource, table: LookupTable, inverse: LookupTable) -> tuple[float, float]:
     """Return the RMS error of the output under the inverse's current, and the share of states that can be had."""
     rng = np.random.default_rng(0)
     points = {a.name: rng.uniform(a.at[0], a.at[-1], TRIED) for a in table.axes}
@@ -272,7 +272,7 @@ def of_inverse(source: Source, table: Table, inverse: Table) -> tuple[float, flo
     return float(np.sqrt(np.mean(off**2))) / source.output_range, float(np.mean(near))
 
 
-def _csv(source: Source, table: Table, told: list[str]) -> bytes:
+def _csv(source: ExportSource, table: LookupTable, told: list[str]) -> bytes:
     lines = [f"# {ascii_line(line)}".rstrip() for line in wrapped(head_lines(source, told))]
     names = [f"{a.name} [{a.unit}]" for a in table.axes] + [f"{table.name} [{unit_of(table.name)}]"]
     lines.append(",".join(names))
@@ -282,7 +282,7 @@ def _csv(source: Source, table: Table, told: list[str]) -> bytes:
     return ("\n".join(lines) + "\n").encode("ascii")
 
 
-def _c(source: Source, table: Table, inverse: Table | None, told: list[str]) -> dict[str, bytes]:
+def _c(source: ExportSource, table: LookupTable, inverse: LookupTable | None, told: list[str]) -> dict[str, bytes]:
     prefix = prefix_of(source.prefix or source.name)
     context = {
         "p": prefix,
@@ -300,11 +300,11 @@ def _c(source: Source, table: Table, inverse: Table | None, told: list[str]) -> 
     return {f"{prefix}_lookup.h": header.encode("ascii"), f"{prefix}_lookup.c": code.encode("ascii")}
 
 
-def _inverse(table: Table) -> Inverse:
-    return Inverse(table.name, unit_of(table.name), _axes(table), _constants(table.values))
+def _inverse(table: LookupTable) -> CInverse:
+    return CInverse(table.name, unit_of(table.name), _axes(table), _constants(table.values))
 
 
-def _axes(table: Table) -> list[CAxis]:
+def _axes(table: LookupTable) -> list[CAxis]:
     return [CAxis(a.name, a.unit, field(a.name), _constants(a.at)) for a in table.axes]
 
 

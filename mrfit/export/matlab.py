@@ -15,7 +15,7 @@ from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.compiler import fault
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.printer.matlab_text import matlab_text, results
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, in_comment, wrapped
@@ -27,7 +27,7 @@ Value: TypeAlias = str | list[list[str]] | Mapping[str, "Value"]
 SAMPLES, SEGMENTS = 400, 3
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return one file.
 
     Raises
@@ -44,7 +44,7 @@ def files(source: Source, settings: Settings) -> Files:
     return Files({f"{prefix}.m": text.encode("ascii")}, (difference.text, *notes_of(source)), difference.largest)
 
 
-def function_file(source: Source, parts: Parts, told: list[str]) -> str:
+def function_file(source: ExportSource, parts: Parts, told: list[str]) -> str:
     """Return the file's text."""
     context = parts.context
     driven = parts.program.functions["driven"]
@@ -91,7 +91,7 @@ def _struct(value: Value) -> str:
     return value if isinstance(value, str) else f"[{'; '.join(', '.join(row) for row in value)}]"
 
 
-def _difference(source: Source, parts: Parts, text: str) -> Difference:
+def _difference(source: ExportSource, parts: Parts, text: str) -> Difference:
     octave = children.program("octave-cli") or children.program("octave")
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")

@@ -8,7 +8,7 @@ from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import costs
 from mrfit.export.compiler import compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, field, in_comment, number, wrapped
@@ -24,7 +24,7 @@ KEYWORDS = (
 
 
 @dataclass(frozen=True)
-class Parameter:
+class BlockParameter:
     """A parameter of the block."""
 
     field: str
@@ -43,17 +43,17 @@ class Connector:
 
 
 @dataclass(frozen=True)
-class Block:
+class ModelicaBlock:
     """Context of the package beside that of the C templates; ``period`` is in s."""
 
     title: str
-    params: list[Parameter]
+    params: list[BlockParameter]
     inputs: list[Connector]
     output: Connector
     period: str
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return the package's folder.
 
     Raises
@@ -83,14 +83,16 @@ def files(source: Source, settings: Settings) -> Files:
     return Files(contents, (said, *notes_of(source)), difference.largest)
 
 
-def _block(source: Source, parts: Parts) -> Block:
+def _block(source: ExportSource, parts: Parts) -> ModelicaBlock:
     taken = {*KEYWORDS, "period", "state", "held", "seen", "in_range", "Model", "State", "step"}
     taken |= {field(n) for n in (*source.channels, source.spec.output)}
     params = []
     for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
-        params.append(Parameter(_unlike(field(p.name), taken), modelica_unit(p.unit), number(value), _string(p.text)))
+        params.append(
+            BlockParameter(_unlike(field(p.name), taken), modelica_unit(p.unit), number(value), _string(p.text))
+        )
     output = parts.context.output
-    return Block(
+    return ModelicaBlock(
         title=_string(f"{source.assembly.name}: {source.base.title}"),
         params=params,
         inputs=[Connector(c.field, modelica_unit(unit_of(c.name)), _string(c.text)) for c in parts.context.inputs],
@@ -113,7 +115,9 @@ def _unlike(name: str, taken: set[str]) -> str:
     return found
 
 
-def _difference(source: Source, parts: Parts, block: Block, code: dict[str, str], wrapper: str) -> Difference:
+def _difference(
+    source: ExportSource, parts: Parts, block: ModelicaBlock, code: dict[str, str], wrapper: str
+) -> Difference:
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
     if compiler() is None:

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 from mrfit.core.channels import ANTIDERIVATIVES
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.text import field, number
 
 
 @dataclass(frozen=True)
-class Motion:
+class Differentiator:
     """A differentiator: the channel it takes, and the fields it sets to the first and the second derivative."""
 
     channel: str
@@ -23,7 +23,7 @@ class Motion:
         return [name for name in (self.rate, self.second) if name]
 
 
-def derived_of(source: Source) -> tuple[str, dict[int, str]]:
+def derived_of(source: ExportSource) -> tuple[str, dict[int, str]]:
     """Return the channel from which inputs can be derived, and these inputs by the order of the derivative."""
     found: dict[str, dict[int, str]] = {}
     for name in source.channels:
@@ -33,7 +33,7 @@ def derived_of(source: Source) -> tuple[str, dict[int, str]]:
     return next(iter(found.items()), ("", {}))
 
 
-def motion_of(source: Source, tau: float) -> Motion | None:
+def motion_of(source: ExportSource, tau: float) -> Differentiator | None:
     """Return the differentiator of a model, None where it has no use for one.
 
     It takes the stroke from the inputs; a model that does not use the stroke has it there for this alone.
@@ -41,7 +41,7 @@ def motion_of(source: Source, tau: float) -> Motion | None:
     channel, orders = derived_of(source)
     if not orders:
         return None
-    return Motion(
+    return Differentiator(
         channel,
         field(channel),
         field(orders.get(1, "")) if 1 in orders else "",

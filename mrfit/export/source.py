@@ -27,7 +27,7 @@ COMPARED = 200_000
 
 
 @dataclass(frozen=True)
-class Stretch:
+class LogStretch:
     """One segment of the logs a fit was made from.
 
     Attributes
@@ -55,7 +55,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Link:
+class EffectLink:
     """An effect of the chain with its parameters (Q,)."""
 
     spec: EffectSpec
@@ -63,7 +63,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Source:
+class ExportSource:
     """A fit to be exported.
 
     Attributes
@@ -86,7 +86,7 @@ class Source:
     assembly: Assembly
     condition: str
     theta: Array
-    stretches: tuple[Stretch, ...] = ()
+    stretches: tuple[LogStretch, ...] = ()
     without: tuple[str, ...] = ()
     prefix: str = ""
 
@@ -113,14 +113,14 @@ class Source:
         return registry.load("model", self.assembly.name.partition("+")[0]).SPEC
 
     @cached_property
-    def links(self) -> tuple[Link, ...]:
+    def links(self) -> tuple[EffectLink, ...]:
         """The effects in the order in which they act."""
         modules = [registry.load("effect", e) for e in self.assembly.name.split("+")[1:]]
         specs = sorted((m.SPEC for m in modules), key=lambda s: (SLOTS.index(s.slot), s.name))
         first = len(self.theta) - sum(len(s.params) for s in specs)
         links = []
         for spec in specs:
-            links.append(Link(spec, self.theta[first : first + len(spec.params)]))
+            links.append(EffectLink(spec, self.theta[first : first + len(spec.params)]))
             first += len(spec.params)
         return tuple(links)
 
@@ -159,7 +159,7 @@ class Source:
         text = json.dumps(plain(self.content), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def drive(self, stretch: Stretch) -> Array:
+    def drive(self, stretch: LogStretch) -> Array:
         """Return the inputs of a stretch (C, N) in the order of the SPEC; time counts from its first sample."""
         samples = len(stretch.measured)
         rows = {TIME: np.arange(samples) * stretch.dt, FLUX_RESISTANCE: np.zeros(samples), **stretch.inputs}
@@ -195,10 +195,10 @@ def runs(time: Array) -> list[tuple[Index, float]]:
 def source_of(
     content: Fit,
     assembly: Assembly,
-    stretches: Sequence[Stretch],
+    stretches: Sequence[LogStretch],
     condition: str = "",
     without: Sequence[str] = (),
-) -> Source:
+) -> ExportSource:
     """Return the source of a fit's export.
 
     Parameters
@@ -233,11 +233,11 @@ def source_of(
     theta = assembly.spec.theta(values)
     if not np.all(np.isfinite(theta)):
         raise DataError(f"{content.name}: a parameter is not a number: fit again")
-    whole = Source(content, assembly, chosen, theta, own)
+    whole = ExportSource(content, assembly, chosen, theta, own)
     return _left_out(whole, without) if without else whole
 
 
-def _left_out(source: Source, without: Sequence[str]) -> Source:
+def _left_out(source: ExportSource, without: Sequence[str]) -> ExportSource:
     base, *effects = source.assembly.name.split("+")
     for name in without:
         if name not in effects:

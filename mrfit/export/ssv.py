@@ -15,11 +15,11 @@ import numpy as np
 from mrfit.core.specs import Array, Param
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, number
 from mrfit.export.units import base_units
-from mrfit.export.xml import Node, xml
+from mrfit.export.xml import XmlElement, xml
 from mrfit.io.schemas.fit import Quantity, Result
 from mrfit.settings.export import Settings
 
@@ -35,7 +35,7 @@ NO_DRAWS = "No draws: of no parameter and no derived quantity of this fit an int
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 
-def files(source: Source, settings: Settings) -> Files:
+def files(source: ExportSource, settings: Settings) -> Files:
     """Return the fit's own set and ``settings.draws`` drawn ones."""
     sets = drawn(source, settings)
     moved = int(np.count_nonzero(np.ptp(np.vstack([source.theta, sets]), axis=0)))
@@ -57,7 +57,7 @@ def files(source: Source, settings: Settings) -> Files:
     return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0, f"ssv/{prefix}_[0-9]*.ssv")
 
 
-def _told(source: Source, sets: Array, settings: Settings) -> list[str]:
+def _told(source: ExportSource, sets: Array, settings: Settings) -> list[str]:
     held = [n for n, column in zip(source.spec.names, sets.T, strict=True) if not np.ptp(column)]
     how = "within 95 % intervals, correlated as in the fit"
     if not one_by_one(source):
@@ -69,7 +69,7 @@ def _told(source: Source, sets: Array, settings: Settings) -> list[str]:
     return [*lines, *([f"Held: {', '.join(held)}"] if held else [])]
 
 
-def _band(source: Source, sets: Array) -> str:
+def _band(source: ExportSource, sets: Array) -> str:
     """Return the spread of the draws' outputs over a segment of the logs."""
     if not source.stretches:
         return "The band of the output is not known: the fit's logs are not at hand."
@@ -81,21 +81,21 @@ def _band(source: Source, sets: Array) -> str:
     return f"Standard deviation of the output over the draws: {100.0 * spread:.2g} % of its range."
 
 
-def _result(source: Source) -> Result:
+def _result(source: ExportSource) -> Result:
     return next(r for r in source.content.results if r.condition == source.condition)
 
 
-def _rows(source: Source) -> list[Quantity]:
+def _rows(source: ExportSource) -> list[Quantity]:
     rows = {p.name: p for p in _result(source).parameters}
     return [rows[p.name] for p in source.spec.params]
 
 
-def intervals(source: Source) -> list[tuple[float, bool] | None]:
+def intervals(source: ExportSource) -> list[tuple[float, bool] | None]:
     """Return for every parameter its standard deviation and whether that is of its logarithm; None if it is held."""
     return [_spread(p, row) for p, row in zip(source.spec.params, _rows(source), strict=True)]
 
 
-def one_by_one(source: Source) -> bool:
+def one_by_one(source: ExportSource) -> bool:
     """Return whether every parameter that was fitted has an interval, or there are no logs to tell more by."""
     known = zip(_rows(source), intervals(source), strict=True)
     return not source.stretches or all(row.fixed or width is not None for row, width in known)
@@ -110,7 +110,7 @@ def _spread(param: Param, row: Quantity) -> tuple[float, bool] | None:
     return width / (2.0 * WIDTH), log
 
 
-def drawn(source: Source, settings: Settings) -> Array:
+def drawn(source: ExportSource, settings: Settings) -> Array:
     """Return parameter sets (draws, K)."""
     if not one_by_one(source):
         return _along(source, settings)
@@ -135,7 +135,7 @@ def _moved(values: Array, moves: Array, logs: Array) -> Array:
     return np.where(logs, values * np.exp(np.where(logs, moves, 0.0)), values + moves)
 
 
-def correlation(source: Source, free: list[int], widths: Array, logs: Array) -> Array:
+def correlation(source: ExportSource, free: list[int], widths: Array, logs: Array) -> Array:
     """Return the correlation (F, F) of the free parameters of a least-squares fit to the logs, 1 without logs."""
     if not source.stretches:
         return np.eye(len(free))
@@ -159,7 +159,7 @@ def correlation(source: Source, free: list[int], widths: Array, logs: Array) -> 
     return found
 
 
-def _along(source: Source, settings: Settings) -> Array:
+def _along(source: ExportSource, settings: Settings) -> Array:
     """Return parameter sets (draws, K), drawn along the directions of the parameter space that the data determine."""
     free = [k for k, row in enumerate(_rows(source)) if not row.fixed]
     sets = np.tile(source.theta, (settings.draws, 1))
@@ -184,7 +184,7 @@ def _slopes(values: Array) -> Array:
     return slopes
 
 
-def _in_cube(source: Source, free: list[int], moves: Array) -> Array:
+def _in_cube(source: ExportSource, free: list[int], moves: Array) -> Array:
     """Return parameters (M, K) moved by shares (M, F) of the range between their bounds, on their scales."""
     points = np.tile(source.theta, (len(moves), 1))
     for column, k in enumerate(free):
@@ -198,7 +198,7 @@ def _in_cube(source: Source, free: list[int], moves: Array) -> Array:
     return points
 
 
-def _outputs(source: Source, points: Array) -> list[Array]:
+def _outputs(source: ExportSource, points: Array) -> list[Array]:
     """Return the outputs (P, M) of parameter sets (P, K) over pieces of the logs."""
     share = max(SAMPLES // len(source.stretches), 200)
     found = []
@@ -209,7 +209,7 @@ def _outputs(source: Source, points: Array) -> list[Array]:
     return found
 
 
-def _scale(source: Source, free: list[int], steps: Array, values: Array, vectors: Array) -> float:
+def _scale(source: ExportSource, free: list[int], steps: Array, values: Array, vectors: Array) -> float:
     """Return the size of the noise that gives the intervals there are, of parameters and of derived quantities."""
     covariance = (vectors / values) @ vectors.T
     points = _in_cube(source, free, steps)
@@ -228,14 +228,14 @@ def _scale(source: Source, free: list[int], steps: Array, values: Array, vectors
     return float(np.median(found)) if found else 0.0
 
 
-def _set(source: Source, theta: Array, told: list[str], name: str) -> bytes:
+def _set(source: ExportSource, theta: Array, told: list[str], name: str) -> bytes:
     parameters = [
-        Node("ssv:Parameter", {"name": p.name}, [Node("ssv:Real", {"value": number(v), "unit": p.unit})])
+        XmlElement("ssv:Parameter", {"name": p.name}, [XmlElement("ssv:Real", {"value": number(v), "unit": p.unit})])
         for p, v in zip(source.spec.params, theta.tolist(), strict=True)
     ]
     units = dict.fromkeys(p.unit for p in source.spec.params)
-    listed = [Node("ssc:Unit", {"name": u}, [Node("ssc:BaseUnit", dict(base_units(u)))]) for u in units]
-    whole = Node(
+    listed = [XmlElement("ssc:Unit", {"name": u}, [XmlElement("ssc:BaseUnit", dict(base_units(u)))]) for u in units]
+    whole = XmlElement(
         "ssv:ParameterSet",
         {
             "xmlns:ssv": NAMESPACE,
@@ -244,6 +244,6 @@ def _set(source: Source, theta: Array, told: list[str], name: str) -> bytes:
             "name": name,
             "description": ascii_line(f"{source.assembly.name} of the fit {source.name}"),
         },
-        [Node("ssv:Parameters", {}, parameters), Node("ssv:Units", {}, listed)],
+        [XmlElement("ssv:Parameters", {}, parameters), XmlElement("ssv:Units", {}, listed)],
     )
     return xml(whole, head_lines(source, told))

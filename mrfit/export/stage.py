@@ -10,7 +10,7 @@ from typing import Any
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError, MrfitError
 from mrfit.export.c_parts import prefix_of
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.export.text import LONGEST
 from mrfit.io.atomic import write_atomic
 from mrfit.settings.export import Settings
@@ -50,7 +50,7 @@ class Files:
 
 
 @dataclass(frozen=True)
-class Written:
+class ExportedFiles:
     """Files written, by format, with remarks and errors; and the reasons for formats that failed."""
 
     folder: Path
@@ -76,8 +76,8 @@ def check(formats: Sequence[str]) -> None:
 
 
 def run(
-    source: Source, formats: Sequence[str], folder: Path, settings: Settings, progress: Progress = silent
-) -> Written:
+    source: ExportSource, formats: Sequence[str], folder: Path, settings: Settings, progress: Progress = silent
+) -> ExportedFiles:
     """Write a fit in formats.
 
     Nothing is written before all formats are made. One that cannot be made does not take the others.
@@ -93,11 +93,11 @@ def run(
     check(asked)
     source = _prefixed(source, settings.prefix)
     made: dict[str, Files] = {}
-    written = Written(folder)
+    written = ExportedFiles(folder)
     for done, name in enumerate(asked):
         progress("exporting", done, len(asked))
         module: Any = importlib.import_module(f"mrfit.export.{FORMATS[name]}")
-        write: Callable[[Source, Settings], Files] = module.files
+        write: Callable[[ExportSource, Settings], Files] = module.files
         try:
             made[name] = write(source, settings)
         except MrfitError as error:
@@ -116,7 +116,7 @@ def run(
     return written
 
 
-def _prefixed(source: Source, prefix: str) -> Source:
+def _prefixed(source: ExportSource, prefix: str) -> ExportSource:
     """Return a source whose files and functions have names that begin so.
 
     Raises

@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.source import OWN, Stretch, runs
+from mrfit.export.source import OWN, LogStretch, runs
 from mrfit.fit.predict import read_fit
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.unreadable import reading
@@ -23,7 +23,7 @@ class FitAndLogs:
 
     content: Fit
     assembly: Assembly
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[LogStretch, ...]
 
 
 def read_fit_and_logs(workspace: Workspace, name: str) -> FitAndLogs:
@@ -39,7 +39,7 @@ def read_fit_and_logs(workspace: Workspace, name: str) -> FitAndLogs:
     return FitAndLogs(content, assembly, _stretches(workspace, name, assembly))
 
 
-def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Stretch, ...]:
+def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[LogStretch, ...]:
     import pyarrow.parquet as parquet
 
     path = workspace.fit_folder(name) / "residuals.parquet"
@@ -51,7 +51,7 @@ def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Str
         if missing := [n for n in names if n not in whole.column_names]:
             raise DataError(f"{path}: lacks the column {missing[0]}; run `mrfit fit` again")
         segments = {s.id: s for s in workspace.read_segments()[0]} if workspace.segments_file.is_file() else {}
-        found = list[Stretch]()
+        found = list[LogStretch]()
         for rows in _blocks(whole):
             columns = {n: rows[n].to_numpy().astype(np.float64) for n in names}
             text = {n: str(rows[n][0].as_py()) for n in ("segment", "condition", "role")}
@@ -72,7 +72,7 @@ def _blocks(whole: Any) -> list[Any]:
 
 def _pieces(
     columns: dict[str, Array], text: dict[str, str], segment: Segment | None, workspace: Workspace
-) -> list[Stretch]:
+) -> list[LogStretch]:
     time = columns["time"]
     raw = _raw(segment, workspace) if segment else {}
     found = []
@@ -81,7 +81,7 @@ def _pieces(
         at = np.rint(time[run] / dt).astype(np.int64)
         own = {n: v[at] for n, v in raw.items() if at[-1] < len(v)}
         measured, simulated = columns["measured"][run], columns["simulated"][run]
-        found.append(Stretch(dt=dt, inputs=inputs, measured=measured, simulated=simulated, raw=own, **text))
+        found.append(LogStretch(dt=dt, inputs=inputs, measured=measured, simulated=simulated, raw=own, **text))
     return found
 
 

@@ -8,16 +8,16 @@ from mrfit.export.text import ascii_line, wrapped
 
 
 @dataclass(frozen=True)
-class Node:
+class XmlElement:
     """An element: its name, attributes, children and text."""
 
     name: str
     attributes: Mapping[str, str] = field(default_factory=dict)
-    children: Sequence["Node"] = ()
+    children: Sequence["XmlElement"] = ()
     text: str = ""
 
 
-def xml(root: Node, head: Iterable[str]) -> bytes:
+def xml(root: XmlElement, head: Iterable[str]) -> bytes:
     """Return a document with a comment at its head."""
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', "<!--"]
     # two hyphens end a comment
@@ -26,7 +26,7 @@ def xml(root: Node, head: Iterable[str]) -> bytes:
     return ("\n".join(lines) + "\n").encode("ascii")
 
 
-def _lines(node: Node, depth: int) -> list[str]:
+def _lines(node: XmlElement, depth: int) -> list[str]:
     indent = "  " * depth
     given = "".join(f" {k}={quoteattr(ascii_line(v))}" for k, v in node.attributes.items())
     if not node.children and not node.text:

@@ -42,7 +42,7 @@ _COEFFICIENTS = 6
 Branch = tuple[float, float, float, float]
 
 
-class Curve(NamedTuple):
+class BranchCurve(NamedTuple):
     """One parameter vector's branch curve: quintic cells either side of s = 0, then the exponential tail.
 
     Attributes
@@ -159,7 +159,7 @@ def _solve(cell: Array, y: float, start: float) -> float:
 
 
 @kernel
-def _invert(curve: Curve, first: int, count: int, y: float) -> float:
+def _invert(curve: BranchCurve, first: int, count: int, y: float) -> float:
     """Return q/h >= 0 at which the cells from a row on reach y > 0; their end if they do not."""
     low, high = 0, count - 1
     while low < high:
@@ -248,7 +248,7 @@ def _kept_tables(shapes: bytes, width: float) -> tuple[NDArray[np.int64], Array,
 
 
 @kernel
-def _place(curve: Curve, y: float) -> float:
+def _place(curve: BranchCurve, y: float) -> float:
     """Return the s at which Y(s) = y, -1 <= y <= 1."""
     if y == 0.0:
         return 0.0
@@ -260,7 +260,7 @@ def _place(curve: Curve, y: float) -> float:
 
 
 @kernel
-def _value(curve: Curve, s: float) -> float:
+def _value(curve: BranchCurve, s: float) -> float:
     """Return Y(s)."""
     if s > curve.end:
         return 1.0 - curve.gap * math.exp(-curve.n * (s - curve.end))
@@ -273,7 +273,7 @@ def _value(curve: Curve, s: float) -> float:
 
 
 @kernel
-def branch_step(curve: Curve, state: Branch, before: float, now: float) -> Branch:
+def branch_step(curve: BranchCurve, state: Branch, before: float, now: float) -> Branch:
     """Return state between -1 and 1, direction, drive at the last turn and s there, after the drive goes on to ``now``.
 
     However far that is, it is exact.
@@ -321,7 +321,7 @@ def _read_cells(x: Array, line: tuple[float, float], form: tuple[float, float], 
 
 
 @kernel
-def _follow(curve: Curve, x: Array, line: tuple[float, float], form: tuple[float, float], out: Array) -> None:
+def _follow(curve: BranchCurve, x: Array, line: tuple[float, float], form: tuple[float, float], out: Array) -> None:
     """Set out = form[0]*x + form[1]*Y(line[0] + line[1]*x) over a branch, on which s does not fall."""
     zero = _first_at_least(x, line, 0.0, 0)
     end = _first_at_least(x, line, curve.end, zero)
@@ -415,7 +415,7 @@ def _simulated(
             continue
         out[p, finite:] = np.nan
         h_above, h_below, end, gap = scales[u]
-        curve = Curve(cells[u], counts[u, 0], _CELLS, counts[u, 1], h_above, h_below, end, gap, 1.0, rate, n, rho)
+        curve = BranchCurve(cells[u], counts[u, 0], _CELLS, counts[u, 1], h_above, h_below, end, gap, 1.0, rate, n, rho)
         rest = finite if len(turns) == 0 else abs(turns[0])
         for j in range(rest):
             out[p, j] = slope * x[j]
@@ -455,9 +455,9 @@ def normal(kappa: float, beta: float, gamma: float, n: float) -> tuple[float, fl
     return z_max, kappa / z_max, n, (beta - gamma) / (beta + gamma)
 
 
-def curve_of(z_max: float, rate: float, n: float, rho: float) -> Curve:
+def curve_of(z_max: float, rate: float, n: float, rho: float) -> BranchCurve:
     """Return the branch curve of what ``normal`` gives; its cells are without gaps between them."""
     cells = np.empty((2 * _CELLS, _COEFFICIENTS))
     above, first, below, h_above, h_below, end, gap = prepared(n, rho, cells, _CELLS, 2 * _CELLS)
     rows = np.vstack([cells[:above], cells[first : first + below]])
-    return Curve(rows, above, above, below, h_above, h_below, end, gap, z_max, rate, n, rho)
+    return BranchCurve(rows, above, above, below, h_above, h_below, end, gap, z_max, rate, n, rho)

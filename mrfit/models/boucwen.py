@@ -24,7 +24,7 @@ from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, St
 from mrfit.kernels.branch import (
     ROUGH,
     Branch,
-    Curve,
+    BranchCurve,
     bouc_wen,
     branch_step,
     normal,
@@ -74,7 +74,7 @@ def loop(theta: Values) -> tuple[float, float, float, float]:
 
 
 def step_on_curve(
-    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: Curve
+    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: BranchCurve
 ) -> tuple[float, Branch]:
     """Return the force in N at the end of a step, and where on its curve the element is."""
     c, k, x0, alpha, _, _, _, _ = theta[1]

@@ -26,7 +26,7 @@ import numpy as np
 from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, Values
 from mrfit.kernels.branch import (
     Branch,
-    Curve,
+    BranchCurve,
     bouc_wen,
     branch_step,
     driven,
@@ -96,7 +96,7 @@ def loop(theta: Values) -> tuple[float, float, float, float]:
 
 
 def step_on_curve(
-    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: Curve
+    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: BranchCurve
 ) -> tuple[float, Branch]:
     """Return the flux linkage in Wb at the end of a step, and where on its curve the element is."""
     share, inductance, _, _, _, _, divisor = theta[1]

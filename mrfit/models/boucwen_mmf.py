@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, Values
-from mrfit.kernels.branch import Branch, Curve, branch_step, driven, driven_roughly
+from mrfit.kernels.branch import Branch, BranchCurve, branch_step, driven, driven_roughly
 from mrfit.kernels.points import half_width, inside, largest
 
 SPEC = ModelSpec(
@@ -62,7 +62,7 @@ def loop(theta: Values) -> tuple[float, float, float, float]:
 
 
 def step_on_curve(
-    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: Curve
+    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: BranchCurve
 ) -> tuple[float, Branch]:
     """Return the current in A at the end of a step, and where on its curve the element is."""
     inductance, coercive, _, _, _ = theta[1]

@@ -12,7 +12,7 @@ from mrfit.apply.damper import Damper, damper
 from mrfit.apply.ride import quarter_car
 from mrfit.apply.roads import ROUGHNESS, Bump, RandomRoad, Sweep, road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.tested import Moved, beyond_tests
+from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from tests.apply.dampers import monotone
@@ -224,11 +224,11 @@ def test_chatter_of_one_cause_is_one_sentence_and_motions_beyond_the_tests_are_t
     fastest = max(float(np.max(np.abs(r.speed))) for r in study.rides)
     assert len(beyond) == (fastest > 0.105) and (not beyond or f"reaches {fastest:.3g} m/s" in beyond[0])
     slow = replace(tested, tested=(("velocity", -9.0, 9.0), ("displacement", -1.0, 1.0)))
-    assert beyond_tests(slow, [Moved("a", r.travel, r.speed) for r in study.rides]) == []
+    assert beyond_tests(slow, [NamedMotion("a", r.travel, r.speed) for r in study.rides]) == []
     # the stroke by its extent, wherever its middle is
     wide = replace(tested, tested=(("displacement", 0.10, 0.12),))
-    far = Moved("far", np.linspace(-0.02, 0.02, 9), np.zeros(9))
-    (text,) = beyond_tests(wide, [far, Moved("near", np.linspace(0.0, 0.02, 9), np.zeros(9))])
+    far = NamedMotion("far", np.linspace(-0.02, 0.02, 9), np.zeros(9))
+    (text,) = beyond_tests(wide, [far, NamedMotion("near", np.linspace(0.0, 0.02, 9), np.zeros(9))])
     assert "an amplitude of 0.01 m at most" in text and "in 1 of 2 motions, and reaches 0.02 m in far" in text
 
 

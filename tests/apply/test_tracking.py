@@ -10,7 +10,7 @@ from mrfit.apply.laws import law_of
 from mrfit.apply.motion import sine
 from mrfit.apply.series import inversion
 from mrfit.apply.stepper import Stepper, simulate
-from mrfit.apply.tracking import SCHEMES, Tracking, regions
+from mrfit.apply.tracking import SCHEMES, TrackingCase, regions
 from mrfit.core import registry
 from mrfit.errors import ConfigError
 from tests.apply.dampers import monotone, paper_tanh
@@ -18,7 +18,7 @@ from tests.apply.dampers import monotone, paper_tanh
 MOTION = sine(1.0, 0.01, 1.0, 2e-3)
 
 
-def one(cases: tuple[Tracking, ...], scheme: str, lag: bool = True) -> Tracking:
+def one(cases: tuple[TrackingCase, ...], scheme: str, lag: bool = True) -> TrackingCase:
     return next(c for c in cases if c.scheme == scheme and c.lag is lag)
 
 
@@ -61,7 +61,7 @@ def test_a_dead_time_is_foreseen() -> None:
 def test_errors_are_those_of_the_papers_equations() -> None:
     t = np.linspace(0.0, 1.0, 1001)
     v, force = np.cos(2 * np.pi * t), 100.0 * np.cos(2 * np.pi * t)
-    case = Tracking("m", "l", "s", True, t, force, 0.9 * force, force, t, t, t, np.where(t < 0.5, 1.0, 2.0), v)
+    case = TrackingCase("m", "l", "s", True, t, force, 0.9 * force, force, t, t, t, np.where(t < 0.5, 1.0, 2.0), v)
     kept = t >= 0.1
     size = np.sqrt(np.mean(force[kept] ** 2))
     assert case.error == pytest.approx(0.1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec, ModelSpec
-from mrfit.export.source import OWN, Source, Stretch
+from mrfit.export.source import OWN, ExportSource, LogStretch
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.simulate.assembly import SLOTS, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -63,9 +63,9 @@ def channels(seconds: float, dt: float) -> dict[str, Array]:
     }
 
 
-def stretch(names: Sequence[str], signals: Mapping[str, Array], output: Array, dt: float) -> Stretch:
+def stretch(names: Sequence[str], signals: Mapping[str, Array], output: Array, dt: float) -> LogStretch:
     inputs = {n: signals[n] for n in names if n not in OWN}
-    return Stretch("log#0", "test", "train", dt, inputs, output, output, inputs)
+    return LogStretch("log#0", "test", "train", dt, inputs, output, output, inputs)
 
 
 def effects_of(base: ModelSpec) -> list[str]:
@@ -81,7 +81,7 @@ def rig(
     dt: float = 1e-3,
     changes: Mapping[str, float] | None = None,
     name: str = "",
-) -> Source:
+) -> ExportSource:
     """A source of the model's own start values, its effects as in ``STRENGTH``."""
     assembly = assemble(model, dependence)
     modules = [registry.load("effect", e).SPEC for e in model.split("+")[1:]]
@@ -109,7 +109,7 @@ def rig(
         results=[Result(condition="all", evaluations=0, parameters=parameters)],
     )
     stretches = (stretch(assembly.spec.inputs, signals, output, dt),)
-    return Source(content, assembly, "all", theta, stretches)
+    return ExportSource(content, assembly, "all", theta, stretches)
 
 
 def away(spec: EffectSpec) -> tuple[float, ...]:

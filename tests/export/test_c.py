@@ -17,8 +17,8 @@ from mrfit.errors import DataError
 from mrfit.export.c import built, differs, driver, notes_of, rendered, user_inputs
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, differentiated
-from mrfit.export.compiler import Compiled, compiler
-from mrfit.export.source import Source
+from mrfit.export.compiler import CompiledModel, compiler
+from mrfit.export.source import ExportSource
 from mrfit.kernels.filters import level, level_of, times_of
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from tests.export.rigs import RECORD, STRENGTH, channels, effects_of, rig
@@ -49,20 +49,20 @@ DEPENDING = (
 
 
 @contextmanager
-def program(source: Source, options: Sequence[str] = STRICT) -> Iterator[Compiled]:
+def program(source: ExportSource, options: Sequence[str] = STRICT) -> Iterator[CompiledModel]:
     parts = parts_of(source)
     with built(parts, rendered(source, parts, ["measured elsewhere"], NO_COST), options) as made:
         yield made
 
 
-def shares(source: Source, run: Compiled, drive: Array, dt: Steps) -> Array:
+def shares(source: ExportSource, run: CompiledModel, drive: Array, dt: Steps) -> Array:
     """Differences (N,) from the simulation in Python as shares of the output's range."""
     wanted = source.simulate(drive, dt)
     off: Array = np.abs(run.run(user_inputs(source, drive), dt)[0] - wanted) / np.ptp(wanted)
     return off
 
 
-def at_times(source: Source, steps: Array) -> Array:
+def at_times(source: ExportSource, steps: Array) -> Array:
     """Return a smooth drive (C, N) at uneven times, whose stroke has the middle of the fit's logs."""
     times = times_of(steps)
     fine = channels(times[-1], 1e-5)
@@ -77,7 +77,7 @@ def jittered(seed: int) -> Array:
     return np.random.default_rng(seed).uniform(1e-4, 3e-3, 600)
 
 
-def agrees(source: Source, jitter: bool = True) -> None:
+def agrees(source: ExportSource, jitter: bool = True) -> None:
     with program(source) as run:
         if jitter:
             steps = jittered(4)

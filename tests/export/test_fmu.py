@@ -19,7 +19,7 @@ from mrfit.export.c_parts import parts_of
 from mrfit.export.compiler import compiler
 from mrfit.export.fmi_description import model_description, variables_of
 from mrfit.export.fmu import files
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.export.rigs import rig
@@ -33,7 +33,7 @@ DEPENDENCE = CurrentDependence((("alpha", 2), ("c", 1)), 0.1, 1.5)
 WITH_CURRENT = "boucwen+current-saturation+temperature+gas-spring"
 
 
-def written(source: Source, fmi: int, folder: Path) -> Path:
+def written(source: ExportSource, fmi: int, folder: Path) -> Path:
     made = files(source, Settings(fmi=fmi))
     assert made.error is not None and made.error < 1e-9
     (name,) = made.contents
@@ -56,7 +56,7 @@ def opened(path: Path) -> Iterator[Any]:
 DEPENDENCE_OF_TANH = CurrentDependence((("fy", 1),), 0.1, 1.5)
 
 
-def stepped(path: Path, source: Source, changed: dict[int, dict[str, float]] | None = None) -> Array:
+def stepped(path: Path, source: ExportSource, changed: dict[int, dict[str, float]] | None = None) -> Array:
     """The output at every sample, the inputs of a step set before it; parameters changed before some steps."""
     stretch = source.stretches[0]
     with opened(path) as (slave, references):

@@ -10,7 +10,7 @@ import pytest
 from mrfit.core import registry
 from mrfit.export.c_parts import parts_of
 from mrfit.export.matlab import files, function_file, run_octave
-from mrfit.export.source import Source
+from mrfit.export.source import ExportSource
 from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from tests.export.rigs import rig
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(not OCTAVE, reason="no Octave")
 LOOSE = {"eddy-current": 2e-4, "delay": 1e-3, "coulomb-friction": 1e-3, "stribeck": 1e-3, "velocity-hysteresis": 1e-3}
 
 
-def share(source: Source) -> float:
+def share(source: ExportSource) -> float:
     parts = parts_of(source)
     text = function_file(source, parts, ["measured elsewhere"])
     drive = source.drive(source.stretches[0])

@@ -84,14 +84,14 @@ def constants(program: ir.Program) -> str:
         if constant.remark and constant.remark != last:
             lines.append(comment(constant.remark))
         kind = "int" if constant.kind != ir.REAL else "@real"
-        lines.append(f"static const {kind} {constant.name} = {Printer(None).value(constant.value)};")
+        lines.append(f"static const {kind} {constant.name} = {CPrinter(None).value(constant.value)};")
         last = constant.remark
     return "\n".join(lines)
 
 
 def function_text(function: ir.Function) -> str:
     """Return a function's definition, its comment above it."""
-    return Printer(function).whole()
+    return CPrinter(function).whole()
 
 
 def kind_text(kind: ir.Kind) -> str:
@@ -101,7 +101,7 @@ def kind_text(kind: ir.Kind) -> str:
     return {"real": "@real", "array": "@real", "nothing": "void"}.get(kind.name, "int")
 
 
-class Printer:
+class CPrinter:
     """Prints one function, or an expression outside of any."""
 
     def __init__(self, function: ir.Function | None) -> None:
@@ -142,7 +142,7 @@ class Printer:
             yield broken(f"{indent}{self.declared(statement)};")
         elif isinstance(statement, ir.Assign):
             yield broken(f"{indent}{self.assigned(statement)};")
-        elif isinstance(statement, ir.Run):
+        elif isinstance(statement, ir.CallStatement):
             targets = [t.name if t.name in self.outputs else f"&{self.place(t)}" for t in statement.targets]
             call = ", ".join([*map(self.passed, statement.call.values), *targets])
             void = "(void)" if statement.call.kind != ir.NOTHING else ""
@@ -166,11 +166,11 @@ class Printer:
         if statement.value is None:
             return head
         if statement.kind.name == "array":
-            assert isinstance(statement.value, ir.Group)
+            assert isinstance(statement.value, ir.Values)
             return f"{head} = {self.listed(statement.value, statement.kind)}"
         return f"{head} = {self.value(statement.value)}"
 
-    def listed(self, value: ir.Group, kind: ir.Kind) -> str:
+    def listed(self, value: ir.Values, kind: ir.Kind) -> str:
         """Return an array's values; those of one without are 0."""
         count, element = kind.extents[0], kind.element
         if element != ir.REAL:
@@ -210,7 +210,7 @@ class Printer:
 
     def condition(self, value: ir.Expression) -> str:
         """Return an expression that is true or false."""
-        if isinstance(value, ir.Number):
+        if isinstance(value, ir.Literal):
             return f"{value.text} != 0"
         if isinstance(value, ir.Unary):
             return (
@@ -226,7 +226,7 @@ class Printer:
     @staticmethod
     def is_flag(value: ir.Expression) -> bool:
         """Return whether something that is true or false is stored as a number."""
-        return isinstance(value, ir.Name | ir.Member | ir.Item | ir.Call)
+        return isinstance(value, ir.Name | ir.Member | ir.Subscript | ir.Call)
 
     def joined(self, value: ir.Expression, sign: str) -> str:
         """Return a condition among others."""
@@ -240,7 +240,7 @@ class Printer:
         if isinstance(value, ir.Member):
             arrow = "->" if self.is_pointer(value.value) else "."
             return f"{self.place(value.value)}{arrow}{value.name}"
-        if isinstance(value, ir.Item):
+        if isinstance(value, ir.Subscript):
             return f"{self.place(value.value)}[{self.value(value.index)}]"
         assert isinstance(value, ir.Call)
         # functions of math.h have the precision of the model's numbers
@@ -259,12 +259,12 @@ class Printer:
 
     def value(self, value: ir.Expression) -> str:
         """Return an expression."""
-        if isinstance(value, ir.Number):
+        if isinstance(value, ir.Literal):
             if value.kind == ir.REAL and 0.0 < float(value.text) < LEAST:
                 return "@TINY"
             text = "HUGE_VAL" if value.text == "inf" else value.text
             return f"K({text})" if value.kind == ir.REAL else text
-        if isinstance(value, ir.Choice):
+        if isinstance(value, ir.Conditional):
             return f"({self.condition(value.condition)}) ? {self.operand(value.then)} : {self.operand(value.other)}"
         if value.kind == ir.BOOL and not self.is_flag(value):
             return f"({self.condition(value)}) ? 1 : 0"
@@ -275,19 +275,21 @@ class Printer:
         if isinstance(value, ir.Binary):
             left = self.operand(value.left, value.sign)
             return f"{left} {OPERATORS.get(value.sign, value.sign)} {self.operand(value.right, right=True)}"
-        assert not isinstance(value, ir.Group)
+        assert not isinstance(value, ir.Values)
         return f"{'*' if self.is_pointer(value) else ''}{self.place(value)}"
 
     def operand(self, value: ir.Expression, sign: str = "", right: bool = False) -> str:
         """Return an expression inside another: in parentheses, but for sums in sums and products in products."""
         text = self.value(value)
-        if isinstance(value, ir.Unary) and isinstance(value.value, ir.Number | ir.Name | ir.Member | ir.Item | ir.Call):
+        if isinstance(value, ir.Unary) and isinstance(
+            value.value, ir.Literal | ir.Name | ir.Member | ir.Subscript | ir.Call
+        ):
             return f"({text})" if right else text
         if isinstance(value, ir.Binary) and value.sign == sign and sign in ("+", "*"):
             return text
         if isinstance(value, ir.Unary) and not right:
             return text
-        return f"({text})" if isinstance(value, ir.Binary | ir.Choice | ir.Unary) else text
+        return f"({text})" if isinstance(value, ir.Binary | ir.Conditional | ir.Unary) else text
 
 
 def broken(line: str, column: int | None = None) -> str:

@@ -14,7 +14,7 @@ from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.export.printer import ir
 from mrfit.export.printer.functions import python_of, unpacked
-from mrfit.export.printer.reading import Entry, Reader
+from mrfit.export.printer.reading import EntryPoint, ProgramReader
 from mrfit.export.printer.shaping import shape
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name
@@ -113,12 +113,12 @@ class Sight:
         if name == "time":
             return self.remembered("time") + ir.Name("dt")
         if name not in self.channels:
-            return ir.Number(number(ROOM), ir.REAL)
+            return ir.Literal(number(ROOM), ir.REAL)
         value = ir.record("in", "inputs").field(field_name(name))
         return value - self.parameter("x_middle") if name in self.centred else value
 
 
-def element(reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> Element | None:
+def element(reader: ProgramReader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> Element | None:
     """Return an element as it is printed, None of one that has neither ``law`` nor ``step``."""
     centred = tuple(getattr(item, "CENTRED", ()))
     writer = _Writer(reader, item, spec, replace(sight, centred=centred))
@@ -135,7 +135,7 @@ def element(reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sigh
 class _Writer:
     """Prepares the functions of one element."""
 
-    def __init__(self, reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> None:
+    def __init__(self, reader: ProgramReader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> None:
         self.reader, self.item, self.spec, self.sight = reader, item, spec, sight
         self.slot = spec.slot if isinstance(spec, EffectSpec) else "base"
         needed = [p.needs for p in spec.params if p.needs and p.needs not in spec.inputs]
@@ -184,7 +184,7 @@ class _Writer:
         for name, parameter in inspect.signature(self.item.law).parameters.items():
             others = parameter.kind == inspect.Parameter.VAR_POSITIONAL
             bound[name] = group(given[len(bound) :]) if others else given[len(bound)]
-        entry = Entry(self.arguments(), bound, self.destinations(), self.title(), factors=self.slot == "theta")
+        entry = EntryPoint(self.arguments(), bound, self.destinations(), self.title(), factors=self.slot == "theta")
         timed = "time" in self.inputs
         if timed:
             entry.after, entry.always = [(self.sight.remembered("time"), self.sight.channel("time"))], True
@@ -192,7 +192,7 @@ class _Writer:
         if not timed:
             return Element(step)
         place = self.sight.remembered("time")
-        body: ir.Block = (ir.Assign(place, ir.Number("0.0", ir.REAL)),)
+        body: ir.Block = (ir.Assign(place, ir.Literal("0.0", ir.REAL)),)
         rest = ir.Function(
             f"{self.sight.ident}_rest",
             [a for a in self.arguments() if a.name == "s"],
@@ -208,7 +208,7 @@ class _Writer:
         function = inspect.unwrap(getattr(self.item, formula))
         names = list(inspect.signature(function).parameters)
         channels = dict(zip(self.spec.inputs, map(self.sight.channel, self.spec.inputs), strict=True))
-        tables: dict[str, Mapping[str, ir.Expression] | ir.Group] = {names[-2]: self.here}
+        tables: dict[str, Mapping[str, ir.Expression] | ir.Values] = {names[-2]: self.here}
         bound: dict[str, ir.Expression] = {}
         if self.slot == "base":
             bound[names[0]] = group(list(channels.values()))
@@ -216,7 +216,7 @@ class _Writer:
             tables[names[-3]] = channels
         if self.slot == "output":
             bound[names[0]] = ir.Name("y")
-        entry = Entry(self.arguments(), bound, [None], self.title(), tables=tables)
+        entry = EntryPoint(self.arguments(), bound, [None], self.title(), tables=tables)
         return Element(self.reader.entry(function, f"{self.sight.ident}_step", entry))
 
     def stepped(self, step_of: Callable[..., Any], rest_of: Callable[..., Any], curved: bool = False) -> Element:
@@ -235,7 +235,7 @@ class _Writer:
         extra = ir.Name("curve", CURVE) if curved else self.past
         bound = self.bound(step_of, [*given.values(), ir.Name("dt"), extra])
         own = self.destinations()
-        entry = Entry(self.arguments(), bound, [*own, *state.values], self.title(), kept)  # type: ignore[list-item]
+        entry = EntryPoint(self.arguments(), bound, [*own, *state.values], self.title(), kept)  # type: ignore[list-item]
         if sight.tried:
             name, tried = list(bound)[-1], sight.tried
             entry.calls = {name: tried}
@@ -245,7 +245,7 @@ class _Writer:
         arguments = [a for a in self.arguments() if a.name not in ("dt", "f")]
         for argument in arguments:
             argument.changed = argument.name == "s"
-        entry = Entry(arguments, bound, [*state.values], self.rest_title(), wanted, True)  # type: ignore[list-item]
+        entry = EntryPoint(arguments, bound, [*state.values], self.rest_title(), wanted, True)  # type: ignore[list-item]
         rest = self.reader.entry(rest_of, f"{sight.ident}_rest", entry)
         moved = None
         if signals or own_numbers:
@@ -257,14 +257,14 @@ class _Writer:
         fields = list(dict.fromkeys([*names, *(p.name for p, _ in wanted)]))  # type: ignore[union-attr]
         return Element(step, rest, fields, signals, own_numbers, bool(sight.centred), moved, curved)
 
-    def begin(self, signals: int, own: int) -> ir.Run:
+    def begin(self, signals: int, own: int) -> ir.CallStatement:
         """Return the beginning of its past."""
         values = (
-            ir.Number("@RING" if signals else "0", ir.INT),
+            ir.Literal("@RING" if signals else "0", ir.INT),
             ir.whole(signals),
             ir.whole(own),
         )
-        return ir.Run(self.called(begun, self.past, *values), ())
+        return ir.CallStatement(self.called(begun, self.past, *values), ())
 
     @property
     def past(self) -> ir.Member:
@@ -281,7 +281,7 @@ class _Writer:
 
     def longest(self) -> ir.Expression:
         """Return the greatest age in s of a signal that a step reads."""
-        entry = Entry(
+        entry = EntryPoint(
             self.arguments(),
             self.bound(self.item.longest, [self.here]),
             [None],
@@ -294,16 +294,16 @@ class _Writer:
         """Return the first sample of signals of a past, and the one behind every step."""
         kind = ir.Kind("array", (), (len(signals),))
         # nearer samples share a place, so that there are enough of them at any rate
-        places = ir.Cast(ir.Number("@RING", ir.INT), ir.REAL) - ir.Number("4.0", ir.REAL)
+        places = ir.Cast(ir.Literal("@RING", ir.INT), ir.REAL) - ir.Literal("4.0", ir.REAL)
         least = self.longest() / places
 
         def push(dt: ir.Expression, least: ir.Expression) -> tuple[ir.Statement, ...]:
             call = self.called(pushed, self.past, ir.Name("signals", kind), dt, least)
-            return (ir.Declare("signals", kind, ir.Group(tuple(signals), kind), True), ir.Run(call, ()))
+            return (ir.Declare("signals", kind, ir.Values(tuple(signals), kind), True), ir.CallStatement(call, ()))
 
-        begin = push(ir.Number("0.0", ir.REAL), ir.Number("0.0", ir.REAL))
-        more = (*push(ir.Name("dt"), least), ir.Run(self.called(rebased, self.past), ()))
-        return begin, ir.If(ir.Name("dt") > ir.Number("0.0", ir.REAL), more)
+        begin = push(ir.Literal("0.0", ir.REAL), ir.Literal("0.0", ir.REAL))
+        more = (*push(ir.Name("dt"), least), ir.CallStatement(self.called(rebased, self.past), ()))
+        return begin, ir.If(ir.Name("dt") > ir.Literal("0.0", ir.REAL), more)
 
     def moving(self) -> ir.Function:
         """Return the function that puts what the inputs were a dead time ago in their place, as in apply."""

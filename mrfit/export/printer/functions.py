@@ -85,7 +85,7 @@ def python_of(function: Any) -> types.FunctionType | None:
 
 
 @dataclass
-class Source:
+class FunctionSource:
     """The text of a function, and its comments: by line, those that have it for themselves and those behind code."""
 
     file: str
@@ -95,7 +95,7 @@ class Source:
     behind: dict[int, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, function: types.FunctionType) -> "Source":
+    def of(cls, function: types.FunctionType) -> "FunctionSource":
         """Return that of a function."""
         lines, first = inspect.getsourcelines(function)
         text = textwrap.dedent("".join(lines))
@@ -111,7 +111,7 @@ class Source:
 
 def unpacked(function: types.FunctionType, name: str) -> list[str]:
     """Return the names into which a function, or one that it calls, takes a tuple apart; none if none does."""
-    tree = Source.of(function).tree
+    tree = FunctionSource.of(function).tree
     for node in tree.body:
         pairs = list[tuple[ast.expr, ast.expr]]()
         if isinstance(node, ast.Assign):

@@ -42,9 +42,9 @@ class Expression:
         """Return a field of a struct."""
         return Member(self, name, kind)
 
-    def at(self, place: int) -> "Item":
+    def at(self, place: int) -> "Subscript":
         """Return an element of an array."""
-        return Item(self, whole(place), self.kind.element)
+        return Subscript(self, whole(place), self.kind.element)
 
     def __add__(self, other: "Expression") -> "Expression":
         return Binary("+", self, other, REAL)
@@ -75,7 +75,7 @@ class Expression:
 
 
 @dataclass(frozen=True)
-class Number(Expression):
+class Literal(Expression):
     """A constant: its text has all digits of the value."""
 
     text: str
@@ -100,7 +100,7 @@ class Member(Expression):
 
 
 @dataclass(frozen=True)
-class Item(Expression):
+class Subscript(Expression):
     """An element of an array, counted from 0."""
 
     value: Expression
@@ -128,7 +128,7 @@ class Binary(Expression):
 
 
 @dataclass(frozen=True)
-class Choice(Expression):
+class Conditional(Expression):
     """One of two values, of which only that is evaluated."""
 
     condition: Expression
@@ -156,14 +156,14 @@ class Cast(Expression):
 
 
 @dataclass(frozen=True)
-class Group(Expression):
+class Values(Expression):
     """Several values: a tuple, or those of an array."""
 
     values: tuple[Expression, ...]
     kind: Kind
 
 
-Place: TypeAlias = Name | Member | Item
+Place: TypeAlias = Name | Member | Subscript
 
 
 def record(name: str, tag: str) -> Name:
@@ -171,14 +171,14 @@ def record(name: str, tag: str) -> Name:
     return Name(name, struct(tag))
 
 
-def whole(value: int) -> Number:
+def whole(value: int) -> Literal:
     """Return a constant count."""
-    return Number(str(value), INT)
+    return Literal(str(value), INT)
 
 
 def real(value: float) -> Expression:
     """Return a constant."""
-    text = Number(number(abs(value)), REAL)
+    text = Literal(number(abs(value)), REAL)
     return Unary("-", text, REAL) if value < 0.0 else text
 
 
@@ -208,7 +208,7 @@ class Assign:
 
 
 @dataclass(frozen=True)
-class Run:
+class CallStatement:
     """A call that leaves several values in variables."""
 
     call: Call
@@ -257,7 +257,7 @@ class Return:
     value: Expression
 
 
-Statement: TypeAlias = Remark | Declare | Assign | Run | If | For | While | Leave | Return
+Statement: TypeAlias = Remark | Declare | Assign | CallStatement | If | For | While | Leave | Return
 Block: TypeAlias = tuple[Statement, ...]
 
 

@@ -21,7 +21,7 @@ SIGNS = {"and": "&&", "or": "||", "!=": "~="}
 
 def matlab_text(program: ir.Program) -> str:
     """Return all functions of a program."""
-    return "\n".join(Printer(program, function).whole() for function in program.functions.values())
+    return "\n".join(MatlabPrinter(program, function).whole() for function in program.functions.values())
 
 
 def named(name: str) -> str:
@@ -34,7 +34,7 @@ def results(function: ir.Function) -> list[str]:
     return [named(a.name) for a in (*function.arguments, *function.outputs) if a.changed]
 
 
-class Printer:
+class MatlabPrinter:
     """Prints one function."""
 
     def __init__(self, program: ir.Program, function: ir.Function) -> None:
@@ -79,7 +79,7 @@ class Printer:
             self.declared(statement)
         elif isinstance(statement, ir.Assign):
             self.set(self.value(statement.target), statement.value)
-        elif isinstance(statement, ir.Run):
+        elif isinstance(statement, ir.CallStatement):
             self.run(statement.call, [named(t.name) for t in statement.targets], "")
         elif isinstance(statement, ir.If):
             self.say(f"if {self.condition(statement.condition)}")
@@ -112,7 +112,7 @@ class Printer:
         """Add a declaration, which is an assignment where there is a value."""
         name, kind = named(statement.name), statement.kind
         if kind.name == "array":
-            assert isinstance(statement.value, ir.Group)
+            assert isinstance(statement.value, ir.Values)
             rows, columns = (1, *kind.extents) if len(kind.extents) == 1 else kind.extents
             inside = ", ".join(map(self.value, statement.value.values))
             self.say(f"{name} = {f'[{inside}]' if inside else f'zeros({rows}, {columns})'};")
@@ -123,7 +123,7 @@ class Printer:
 
     def set(self, target: str, value: ir.Expression) -> None:
         """Add an assignment; a choice is one between two of them."""
-        if isinstance(value, ir.Choice):
+        if isinstance(value, ir.Conditional):
             self.say(f"if {self.condition(value.condition)}")
             self.depth += 1
             self.set(target, value.then)
@@ -160,16 +160,16 @@ class Printer:
 
     def value(self, value: ir.Expression) -> str:
         """Return an expression; what has to be done before it is said first."""
-        if isinstance(value, ir.Number):
+        if isinstance(value, ir.Literal):
             return "Inf" if value.text == "inf" else value.text
         if isinstance(value, ir.Name):
             constant = self.program.constants.get(value.name)
             return self.operand(constant.value) if constant else named(value.name)
         if isinstance(value, ir.Member):
             return f"{self.value(value.value)}.{value.name}"
-        if isinstance(value, ir.Item):
+        if isinstance(value, ir.Subscript):
             return self.item(value)
-        if isinstance(value, ir.Choice):
+        if isinstance(value, ir.Conditional):
             self.temporaries += 1
             name = f"chosen_{self.temporaries}"
             self.set(name, value)
@@ -188,10 +188,10 @@ class Printer:
             return f"mod({left}, {right})" if value.sign == "%" else f"floor(({left}) / ({right}))"
         return f"{self.operand(value.left)} {value.sign} {self.operand(value.right)}"
 
-    def item(self, value: ir.Item) -> str:
+    def item(self, value: ir.Subscript) -> str:
         """Return an element of an array."""
         indices, array = [value.index], value.value
-        while isinstance(array, ir.Item):
+        while isinstance(array, ir.Subscript):
             indices.insert(0, array.index)
             array = array.value
         places = [*(f"{self.value(i)} + 1" for i in indices), *([":"] if value.kind.name == "array" else [])]

@@ -18,7 +18,7 @@ from mrfit.export.text import field as field_name
 
 
 @dataclass
-class Entry:
+class EntryPoint:
     """A function that the program begins with: how its arguments in Python are found in those that are printed.
 
     Attributes
@@ -47,12 +47,12 @@ class Entry:
     title: tuple[str, ...]
     after: list[tuple[ir.Place, ir.Expression]] = field(default_factory=list)
     always: bool = False
-    tables: Mapping[str, Mapping[str, ir.Expression] | ir.Group] = field(default_factory=dict)
+    tables: Mapping[str, Mapping[str, ir.Expression] | ir.Values] = field(default_factory=dict)
     factors: bool = False
     calls: Mapping[str, Callable[..., ir.Call]] = field(default_factory=dict)
 
 
-class Reader:
+class ProgramReader:
     """Reads functions, and those that they call, into one program.
 
     Parameters
@@ -77,7 +77,7 @@ class Reader:
             (*self.reserved, *ONE.values(), *TWO.values(), *SMALL.values(), "square", "fewer", "more")
         )
 
-    def entry(self, given: Any, name: str, entry: Entry) -> ir.Function:
+    def entry(self, given: Any, name: str, entry: EntryPoint) -> ir.Function:
         """Return a function that the program begins with."""
         function = python_of(given)
         if function is None:
@@ -180,9 +180,9 @@ class FunctionReader(ValueReader):
         self.aliases = dict(self.entry.bound)
         start = list[ir.Statement]()
         for name, value in self.entry.bound.items():
-            if isinstance(value, ir.Group) and name in self.indexed:
+            if isinstance(value, ir.Values) and name in self.indexed:
                 start += self.listed(name, value)
-            elif not isinstance(value, ir.Group) and name in self.stored:
+            elif not isinstance(value, ir.Values) and name in self.stored:
                 del self.aliases[name]
                 start.append(ir.Assign(self.place(ast.Name(name), value.kind), value))
         return list(self.entry.arguments), start
@@ -206,7 +206,7 @@ class FunctionReader(ValueReader):
         names = unpacked(self.python, name) or [f"{name}_{k}" for k in range(len(kind.items))]
         inside = [self.argument(n, k) for n, k in zip(names, kind.items, strict=True)]
         values = tuple(self.aliases.get(n, ir.Name(self.named(n), k)) for n, k in zip(names, kind.items, strict=True))
-        self.aliases[name] = ir.Group(values, kind)
+        self.aliases[name] = ir.Values(values, kind)
         return [a for made in inside for a in made]
 
     def title(self) -> tuple[str, ...]:
@@ -278,7 +278,7 @@ class FunctionReader(ValueReader):
             value = self.value(node.value)
             if not isinstance(value, ir.Call):
                 self.fail(node, "its value is not used")
-            yield ir.Run(value, ())
+            yield ir.CallStatement(value, ())
         else:
             self.fail(node, "there is no such statement")
 
@@ -301,7 +301,7 @@ class FunctionReader(ValueReader):
         if self.entry and self.entry.factors:
             places = zip(typing.cast(list[ir.Place], self.entry.destinations), made, strict=True)
             made = tuple(place * value for place, value in places)
-        yield ir.Return(ir.Group(made, self.returned) if len(made) > 1 else made[0])
+        yield ir.Return(ir.Values(made, self.returned) if len(made) > 1 else made[0])
 
     def counted(self, node: ast.For) -> Iterator[ir.Statement]:
         """Yield a loop over a range."""
@@ -332,7 +332,7 @@ class FunctionReader(ValueReader):
                 yield from self.assigned(node, one, made)
         elif isinstance(target, ast.Name) and isinstance(given, ast.Call) and (kind := self.zeros(given)):
             self.known[target.id] = kind
-            yield ir.Assign(ir.Name(self.named(target.id), kind), ir.Group((), kind))
+            yield ir.Assign(ir.Name(self.named(target.id), kind), ir.Values((), kind))
         elif isinstance(target, ast.Name) and isinstance(given, ast.Call) and self.target_of(given) is np.array:
             yield from self.listed(target.id, group(self.items_of(self.value(given.args[0]))))
         elif isinstance(given, ast.Call) and (call := self.several(given, target)):
@@ -342,13 +342,13 @@ class FunctionReader(ValueReader):
                 filled = [
                     typing.cast(ir.Name, self.place(t, n.kind) if t else n) for t, n in zip(wanted, names, strict=True)
                 ]
-                yield ir.Run(call[0], tuple(filled))
+                yield ir.CallStatement(call[0], tuple(filled))
             else:
-                yield ir.Run(call[0], tuple(typing.cast(ir.Name, n) for n in names))
+                yield ir.CallStatement(call[0], tuple(typing.cast(ir.Name, n) for n in names))
                 yield from shaping.at_once(list(self.matched(node, target, call[1])), self.temporary)
         else:
             value = self.value(given)
-            if isinstance(target, ast.Name) and target.id in self.indexed and isinstance(value, ir.Group):
+            if isinstance(target, ast.Name) and target.id in self.indexed and isinstance(value, ir.Values):
                 yield from self.listed(target.id, value)
             else:
                 yield from shaping.at_once(list(self.matched(node, target, value)), self.temporary)
@@ -372,7 +372,7 @@ class FunctionReader(ValueReader):
             names = tuple(ir.Name(f"{self.named(target.id)}_{k}", v.kind) for k, v in enumerate(self.items_of(value)))
             self.known.update({n.name: n.kind for n in names})
             self.taken |= {n.name for n in names}
-            self.known[target.id], self.aliases[target.id] = value.kind, ir.Group(names, value.kind)
+            self.known[target.id], self.aliases[target.id] = value.kind, ir.Values(names, value.kind)
             yield from zip(names, self.items_of(value), strict=True)
         elif isinstance(target, ast.Name) and self.stored[target.id] == 1 and self.fixed(value):
             self.aliases[target.id], self.known[target.id] = value, value.kind
@@ -382,7 +382,7 @@ class FunctionReader(ValueReader):
 
     def fixed(self, value: ir.Expression) -> bool:
         """Return whether a value is a field or an argument that stays as it is until the function ends, or a count."""
-        if isinstance(value, ir.Member) or isinstance(value, ir.Number) and value.kind == ir.INT:
+        if isinstance(value, ir.Member) or isinstance(value, ir.Literal) and value.kind == ir.INT:
             return True
         return (
             isinstance(value, ir.Name) and value.name not in map(self.named, self.stored) and value.name in self.known
@@ -393,12 +393,12 @@ class FunctionReader(ValueReader):
         once = {self.named(n) for n, count in self.stored.items() if count == 1}
         return not self.loops and isinstance(value, ir.Name) and value.name in once
 
-    def listed(self, name: str, value: ir.Group) -> Iterator[ir.Statement]:
+    def listed(self, name: str, value: ir.Values) -> Iterator[ir.Statement]:
         """Yield a tuple as an array, of which items are read whose places are not constant."""
         kind = ir.Kind("array", (), (len(value.values),))
         self.known[name] = kind
         self.aliases.pop(name, None)
-        yield ir.Assign(ir.Name(self.named(name), kind), ir.Group(tuple(map(self.real, value.values)), kind))
+        yield ir.Assign(ir.Name(self.named(name), kind), ir.Values(tuple(map(self.real, value.values)), kind))
 
     def is_zeros(self, node: ast.expr) -> bool:
         """Return whether an expression makes an array."""
@@ -415,6 +415,6 @@ class FunctionReader(ValueReader):
             else v
             for v in map(self.value, sizes)
         ]
-        if not all(isinstance(v, ir.Number) and v.kind == ir.INT for v in found):
+        if not all(isinstance(v, ir.Literal) and v.kind == ir.INT for v in found):
             self.fail(node, "an array has constant extents")
-        return ir.Kind("array", (), tuple(int(typing.cast(ir.Number, v).text) for v in found))
+        return ir.Kind("array", (), tuple(int(typing.cast(ir.Literal, v).text) for v in found))

@@ -44,7 +44,7 @@ def shape(
             given, argument.name = argument.name, f"{argument.name}_start"
             body = (ir.Assign(ir.Name(given, argument.kind), ir.Name(argument.name, argument.kind)), *body)
     outside = {a.name for a in (*function.arguments, *function.outputs)}
-    function.body = _Declared(body, outside, program).block(body, frozenset())
+    function.body = _Declarations(body, outside, program).block(body, frozenset())
 
 
 def _outputs(function: ir.Function, kinds: Sequence[ir.Kind]) -> list[ir.Place | None]:
@@ -53,7 +53,7 @@ def _outputs(function: ir.Function, kinds: Sequence[ir.Kind]) -> list[ir.Place |
     taken = {a.name for a in function.arguments} | set(ir.names_in(function.body))
     places = list[ir.Place | None]()
     for k, kind in enumerate(kinds):
-        values = [v.values[k] for v in returns if isinstance(v, ir.Group)]
+        values = [v.values[k] for v in returns if isinstance(v, ir.Values)]
         names = [v.name for v in values if isinstance(v, ir.Name)]
         name = f"{names[0]}_out" if names else f"out_{k}"
         while name in taken:
@@ -105,7 +105,7 @@ class _Exits:
         if body and isinstance(body[-1], ir.Return) and not any(isinstance(p, ir.Return) for p in ir.parts(body[:-1])):
             return (*body[:-1], *self.last(body[-1].value))
         made = self.block(body, True, False)
-        start: list[ir.Statement] = [ir.Assign(DONE, ir.Number("0", ir.BOOL))] if self.flagged else []
+        start: list[ir.Statement] = [ir.Assign(DONE, ir.Literal("0", ir.BOOL))] if self.flagged else []
         return (*start, *made, *([ir.Return(self.result)] if self.result.kind != ir.NOTHING else []))
 
     def block(self, block: ir.Block, tail: bool, loop: bool) -> ir.Block:
@@ -113,7 +113,7 @@ class _Exits:
         for k, statement in enumerate(block):
             before, rest = block[:k], block[k + 1 :]
             if isinstance(statement, ir.Return):
-                marks: list[ir.Statement] = [] if tail else [ir.Assign(DONE, ir.Number("1", ir.BOOL))]
+                marks: list[ir.Statement] = [] if tail else [ir.Assign(DONE, ir.Literal("1", ir.BOOL))]
                 self.flagged = self.flagged or not tail
                 return (*before, *self.left(statement.value), *marks, *([ir.Leave("break")] if loop else []))
             if not any(isinstance(p, ir.Return) for p in ir.parts(statement)):
@@ -161,7 +161,7 @@ class _Exits:
 
 def flat(value: ir.Expression) -> list[ir.Expression]:
     """Return the values of tuples inside one another."""
-    return [one for item in value.values for one in flat(item)] if isinstance(value, ir.Group) else [value]
+    return [one for item in value.values for one in flat(item)] if isinstance(value, ir.Values) else [value]
 
 
 def _always(block: ir.Block) -> bool:
@@ -178,9 +178,9 @@ def changed_in(body: ir.Block, program: ir.Program) -> set[str]:
     """Return the arrays that statements change, by themselves or by what they call."""
     found = set[str]()
     for node in ir.parts(body):
-        if isinstance(node, ir.Assign) and isinstance(node.target, ir.Item):
+        if isinstance(node, ir.Assign) and isinstance(node.target, ir.Subscript):
             place: ir.Expression = node.target
-            while isinstance(place, ir.Item | ir.Member):
+            while isinstance(place, ir.Subscript | ir.Member):
                 place = place.value
             assert isinstance(place, ir.Name)
             found.add(place.name)
@@ -202,10 +202,10 @@ def _targets(node: object) -> list[ir.Name]:
     """Return the variables that a statement sets."""
     if isinstance(node, ir.Assign):
         return [node.target] if isinstance(node.target, ir.Name) else []
-    return [t for t in node.targets if isinstance(t, ir.Name)] if isinstance(node, ir.Run) else []
+    return [t for t in node.targets if isinstance(t, ir.Name)] if isinstance(node, ir.CallStatement) else []
 
 
-class _Declared:
+class _Declarations:
     """Declares variables in the innermost block that has all of their uses.
 
     Parameters
@@ -227,9 +227,9 @@ class _Declared:
                     self.kinds.setdefault(target.name, target.kind)
 
     def sets(self, name: str, block: ir.Block) -> int:
-        """Return the count of a block's assignments to a variable; one that a call fills in or changes is no constant."""
+        """Return the count of a block's assignments to a variable; what a call fills in or changes is no constant."""
         changed = name in changed_in(block, self.program) or any(
-            isinstance(n, ir.Run) and name in [t.name for t in n.targets] for n in ir.parts(block)
+            isinstance(n, ir.CallStatement) and name in [t.name for t in n.targets] for n in ir.parts(block)
         )
         return 2 * changed + sum(t.name == name for n in ir.parts(block) for t in _targets(n))
 
@@ -276,7 +276,7 @@ def _first(name: str, block: ir.Block) -> str:
             if name in ir.names_in(statement.value):
                 return "read"
             state = "written" if isinstance(statement.target, ir.Name) else "read"
-        elif isinstance(statement, ir.Run):
+        elif isinstance(statement, ir.CallStatement):
             state = "read" if name in ir.names_in(statement.call) else "written"
         elif isinstance(statement, ir.If):
             if name in ir.names_in(statement.condition):

@@ -15,15 +15,6 @@ import numpy as np
 
 from mrfit.errors import DataError
 from mrfit.export.printer import ir, shaping
-from mrfit.export.text import field as field_name
-from mrfit.export.text import number
-from mrfit.kernels import jit
-from mrfit.kernels.powers import log2, power, tanh
-from mrfit.kernels.theta import columns
-
-if typing.TYPE_CHECKING:
-    from mrfit.export.printer.reading import Entry, Reader
-
 from mrfit.export.printer.functions import (
     COMPARED,
     FOLDED,
@@ -32,12 +23,20 @@ from mrfit.export.printer.functions import (
     OPERATORS,
     SMALL,
     TWO,
-    Source,
+    FunctionSource,
     constant_of,
     is_constant,
     place_of,
     python_of,
 )
+from mrfit.export.text import field as field_name
+from mrfit.export.text import number
+from mrfit.kernels import jit
+from mrfit.kernels.powers import log2, power, tanh
+from mrfit.kernels.theta import columns
+
+if typing.TYPE_CHECKING:
+    from mrfit.export.printer.reading import EntryPoint, ProgramReader
 
 
 @dataclass
@@ -68,14 +67,14 @@ class ValueReader:
 
     def __init__(
         self,
-        reader: "Reader",
+        reader: "ProgramReader",
         function: types.FunctionType,
         name: str,
         kinds: Mapping[str, ir.Kind],
-        entry: "Entry | None",
+        entry: "EntryPoint | None",
     ) -> None:
         self.reader, self.python, self.name, self.kinds, self.entry = reader, function, name, kinds, entry
-        self.source = Source.of(function)
+        self.source = FunctionSource.of(function)
         self.hints = typing.get_type_hints(function)
         self.returned = ir.NOTHING if entry else kind_of(self.hints.get("return"))
         self.known: dict[str, ir.Kind] = {}
@@ -111,21 +110,21 @@ class ValueReader:
 
     def items_of(self, value: ir.Expression) -> tuple[ir.Expression, ...]:
         """Return the values of a tuple."""
-        if isinstance(value, ir.Group):
+        if isinstance(value, ir.Values):
             return value.values
         if value.kind.name == "array":
-            return tuple(ir.Item(value, ir.whole(k), value.kind.element) for k in range(value.kind.extents[0]))
+            return tuple(ir.Subscript(value, ir.whole(k), value.kind.element) for k in range(value.kind.extents[0]))
         return (value,)
 
     def flat(self, value: ir.Expression) -> list[ir.Expression]:
         """Return the values of tuples inside one another."""
-        return shaping.flat(ir.Group(self.items_of(value), value.kind)) if value.kind.name == "tuple" else [value]
+        return shaping.flat(ir.Values(self.items_of(value), value.kind)) if value.kind.name == "tuple" else [value]
 
     def place(self, node: ast.expr, kind: ir.Kind) -> ir.Place:
         """Return the place of an assignment."""
         if not isinstance(node, ast.Name):
             found = self.value(node)
-            if not isinstance(found, ir.Item):
+            if not isinstance(found, ir.Subscript):
                 self.fail(node, "a variable or an element of an array is assigned to")
             return found
         known = self.known.get(node.id, kind)
@@ -177,7 +176,7 @@ class ValueReader:
         if isinstance(value, ir.Binary) and value.sign in ("+", "-", "*"):
             return ir.Binary(value.sign, ValueReader.real(value.left), ValueReader.real(value.right), ir.REAL)
         return (
-            ir.Number(number(float(value.text)), ir.REAL) if isinstance(value, ir.Number) else ir.Cast(value, ir.REAL)
+            ir.Literal(number(float(value.text)), ir.REAL) if isinstance(value, ir.Literal) else ir.Cast(value, ir.REAL)
         )
 
     def as_kind(self, value: ir.Expression, kind: ir.Kind, node: ast.expr) -> ir.Expression:
@@ -203,12 +202,12 @@ class ValueReader:
         if isinstance(value, tuple):
             return group([self.literal(v, node) for v in value])
         if isinstance(value, bool):
-            return ir.Number("1" if value else "0", ir.BOOL)
+            return ir.Literal("1" if value else "0", ir.BOOL)
         if not isinstance(value, int | float):
             self.fail(node, "a constant is a number")
         kind = ir.REAL if isinstance(value, float) else ir.INT
         text = str(abs(value)) if kind == ir.INT else "inf" if math.isinf(value) else number(abs(value))
-        return ir.Unary("-", ir.Number(text, kind), kind) if value < 0 else ir.Number(text, kind)
+        return ir.Unary("-", ir.Literal(text, kind), kind) if value < 0 else ir.Literal(text, kind)
 
     def of_name(self, node: ast.Name) -> ir.Expression:
         """Return a variable, or a constant of the module."""
@@ -220,7 +219,7 @@ class ValueReader:
             self.fail(node, f"{node.id} has no value before it is used")
         given = self.python.__globals__[node.id]
         found = self.literal(given, node)
-        if isinstance(found, ir.Group):
+        if isinstance(found, ir.Values):
             return found
         module, written = constant_of(self.python, node.id)
         name = self.reader.name_for(node.id, module, (node.id, given))
@@ -248,10 +247,10 @@ class ValueReader:
                 index = self.value(one)
                 if index.kind != ir.INT:
                     self.fail(node, "the place in an array is a whole number")
-                value = ir.Item(value, index, value.kind.element)
+                value = ir.Subscript(value, index, value.kind.element)
                 continue
             items = self.items_of(value)
-            if known is None and isinstance(found := self.value(one), ir.Number):
+            if known is None and isinstance(found := self.value(one), ir.Literal):
                 known = int(found.text)
             if known is not None and not -len(items) <= known < len(items):
                 self.fail(node, f"there are {len(items)} items")
@@ -260,12 +259,12 @@ class ValueReader:
             value = items[known]
         return value
 
-    def column(self, node: ast.Subscript, table: Mapping[str, ir.Expression] | ir.Group) -> ir.Expression:
+    def column(self, node: ast.Subscript, table: Mapping[str, ir.Expression] | ir.Values) -> ir.Expression:
         """Return a channel by its name, or a parameter by its column, of a function of whole arrays."""
         place = node.slice
-        if not isinstance(table, ir.Group) and isinstance(place, ast.Constant) and str(place.value) in table:
+        if not isinstance(table, ir.Values) and isinstance(place, ast.Constant) and str(place.value) in table:
             return table[str(place.value)]
-        if isinstance(table, ir.Group) and isinstance(place, ast.Tuple) and ast.unparse(place.elts[0]) == ":":
+        if isinstance(table, ir.Values) and isinstance(place, ast.Tuple) and ast.unparse(place.elts[0]) == ":":
             one, count = place.elts[1], len(table.values)
             if isinstance(one, ast.Slice):
                 first = place_of(one.lower) if one.lower else 0
@@ -309,8 +308,8 @@ class ValueReader:
         if sign is None or sign in ("//", "%") and (left.kind, right.kind) != (ir.INT, ir.INT):
             self.fail(node, "// and % are those of whole numbers" if sign else "there is no such operation")
         if (
-            isinstance(left, ir.Number)
-            and isinstance(right, ir.Number)
+            isinstance(left, ir.Literal)
+            and isinstance(right, ir.Literal)
             and left.kind == right.kind == ir.INT
             and sign != "/"
         ):
@@ -321,7 +320,7 @@ class ValueReader:
 
     def raised(self, base: ir.Expression, exponent: ir.Expression) -> ir.Expression:
         """Return a power: a square is written out, by a function where its base is no plain name."""
-        if isinstance(exponent, ir.Number) and float(exponent.text) == 2.0:
+        if isinstance(exponent, ir.Literal) and float(exponent.text) == 2.0:
             base = self.real(base)
             return base * base if isinstance(base, ir.Name | ir.Member) else ir.Call("square", (base,))
         return ir.Call("pow", (self.real(base), self.real(exponent)))
@@ -337,7 +336,7 @@ class ValueReader:
             if ir.REAL in (left.kind, right.kind):
                 left, right = self.real(left), self.real(right)
             one: ir.Expression = ir.Binary(sign, left, right, ir.BOOL)
-            if isinstance(left, ir.Number) and isinstance(right, ir.Number) and left.kind == right.kind == ir.INT:
+            if isinstance(left, ir.Literal) and isinstance(right, ir.Literal) and left.kind == right.kind == ir.INT:
                 one = self.literal(bool(COMPARED[sign](int(left.text), int(right.text))), node)
             found = one if found is None else ir.Binary("and", found, one, ir.BOOL)
         assert found is not None
@@ -357,7 +356,7 @@ class ValueReader:
     def choice(self, test: ast.expr, one: ast.expr, another: ast.expr) -> ir.Expression:
         """Return one of two numbers."""
         condition = self.condition(test)
-        if isinstance(condition, ir.Number):
+        if isinstance(condition, ir.Literal):
             return self.value(one if condition.text == "1" else another)
         then, other = (self.in_place(n, self.value) for n in (one, another))
         if ir.REAL in (then.kind, other.kind):
@@ -373,13 +372,13 @@ class ValueReader:
             return self.gathered(real_kind(then.kind), iter(made))
         if then.kind != other.kind or then.kind.name == "tuple":
             self.fail(test, "a choice is one between numbers")
-        return ir.Choice(condition, then, other, then.kind)
+        return ir.Conditional(condition, then, other, then.kind)
 
     def gathered(self, kind: ir.Kind, names: Iterator[ir.Name]) -> ir.Expression:
         """Return variables as the tuple that they are the values of."""
         if kind.name != "tuple":
             return next(names)
-        return ir.Group(tuple(self.gathered(k, names) for k in kind.items), kind)
+        return ir.Values(tuple(self.gathered(k, names) for k in kind.items), kind)
 
     # calls
 
@@ -398,7 +397,7 @@ class ValueReader:
         if self.entry and isinstance(node.func, ast.Name) and node.func.id in self.entry.calls:
             return self.entry.calls[node.func.id](*self.listed_values(node.args))
         if self.target_of(node) is columns and self.entry and isinstance(node.args[0], ast.Name):
-            return typing.cast(ir.Group, self.entry.tables[node.args[0].id])
+            return typing.cast(ir.Values, self.entry.tables[node.args[0].id])
         small = self.small(node, self.target_of(node))
         if small is not None:
             return small
@@ -407,7 +406,7 @@ class ValueReader:
             return call
         if not self.hoists:
             self.fail(node, "a function of several values is not called where it may not be evaluated")
-        self.pending.append(ir.Run(call, tuple(typing.cast(ir.Name, v) for v in self.flat(value))))
+        self.pending.append(ir.CallStatement(call, tuple(typing.cast(ir.Name, v) for v in self.flat(value))))
         return value
 
     def several(self, node: ast.Call, place: ast.expr) -> tuple[ir.Call, ir.Expression] | None:
@@ -443,9 +442,9 @@ class ValueReader:
             return ir.whole(len(self.items_of(self.value(node.args[0]))))
         if name == "row":
             first, width = self.value(node.args[1]), len(self.items_of(self.value(node.args[2])))
-            assert isinstance(first, ir.Number)
+            assert isinstance(first, ir.Literal)
             places = [ir.whole(int(first.text) + k) for k in range(width)]
-            return group([ir.Item(self.value(node.args[0]), place) for place in places])
+            return group([ir.Subscript(self.value(node.args[0]), place) for place in places])
         values = [self.number(n) for n in node.args]
         if name == "int":
             # of a call's value, since what is cast is no operation
@@ -466,7 +465,7 @@ class ValueReader:
     def whole(name: str, values: list[ir.Expression]) -> ir.Expression:
         """Return the size of a whole number, or the smaller or larger of several."""
         if name == "abs":
-            return ir.Choice(
+            return ir.Conditional(
                 values[0] < ir.whole(0),
                 ir.Unary("-", values[0], ir.INT),
                 values[0],
@@ -505,7 +504,7 @@ class ValueReader:
                     row, left = left[: argument.kind.extents[0]], left[argument.kind.extents[0] :]
                     if id(argument) in used:
                         name = self.temporary(argument.kind, argument.name)
-                        self.pending.append(ir.Assign(name, ir.Group(tuple(map(self.real, row)), argument.kind)))
+                        self.pending.append(ir.Assign(name, ir.Values(tuple(map(self.real, row)), argument.kind)))
                         passed.append(name)
                 elif id(argument) in used:
                     passed.append(self.as_kind(left.pop(0), argument.kind, node))
@@ -538,9 +537,9 @@ def cut(value: ir.Expression) -> ir.Expression:
     return ir.Call("trunc", (value,)) if isinstance(value, ir.Binary) else value
 
 
-def group(values: Sequence[ir.Expression]) -> ir.Group:
+def group(values: Sequence[ir.Expression]) -> ir.Values:
     """Return several values as a tuple."""
-    return ir.Group(tuple(values), ir.Kind("tuple", tuple(v.kind for v in values)))
+    return ir.Values(tuple(values), ir.Kind("tuple", tuple(v.kind for v in values)))
 
 
 def real_kind(kind: ir.Kind) -> ir.Kind:

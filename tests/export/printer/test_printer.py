@@ -18,7 +18,7 @@ from mrfit.export.printer.c_text import constants, function_text, macros, math_f
 from mrfit.export.printer.functions import python_of
 from mrfit.export.printer.ir import REAL, Function, Program
 from mrfit.export.printer.matlab_text import matlab_text
-from mrfit.export.printer.reading import Reader
+from mrfit.export.printer.reading import ProgramReader
 from mrfit.kernels import filters
 from tests.export.printer import subset
 from tests.export.test_c import STRICT
@@ -30,7 +30,7 @@ KERNELS = (filters.gained_from_bend, filters.release)
 
 
 def read(*given: Any) -> tuple[Program, list[Function]]:
-    reader, found = Reader(("main",)), []
+    reader, found = ProgramReader(("main",)), []
     for one in given:
         function = python_of(one)
         assert function is not None
