@@ -16,7 +16,7 @@ from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, FitDependence, Quantity
 from mrfit.models import tanh
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
-from mrfit.simulate.current_levels import parameter_rows
+from mrfit.simulate.current_levels import exact_parameters
 
 ORDERS = st.sampled_from([1, 2, 3, "log2", "sat1", "1:0.5:1", "1/0.5/2"])
 
@@ -39,7 +39,13 @@ def test_a_fits_table_of_parameters_rebuilds_its_model(
     order: int | str, other: int | str, low: float, more: float, seed: int
 ) -> None:
     fit = fit_of({"fy": order, "c": other}, (low, 0.5 + more), np.random.default_rng(seed))
-    table = csv.DictReader(io.StringIO(csv_table(PARAMETER_COLUMNS, parameter_rows(fit))))
+    table = csv.DictReader(
+        io.StringIO(
+            csv_table(
+                PARAMETER_COLUMNS, [{"condition": c, "parameter": p.name, **vars(p)} for c, p in exact_parameters(fit)]
+            )
+        )
+    )
     found = damper("tanh", {row["parameter"]: float(row["value"]) for row in table}, {"fy": order, "c": other})
     assert (found.low, found.high) == (low, 0.5 + more)
     known = tuple((p.name, p.value) for p in fit.results[0].parameters)
