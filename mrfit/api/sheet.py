@@ -10,9 +10,8 @@ from mrfit.api.recordings import PathText, Recording, several
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.sheet import SheetFile
 from mrfit.settings.sheet import Settings
-from mrfit.sheet.compute import Sheet as Computed
-from mrfit.sheet.compute import sheet_of
-from mrfit.sheet.write import COLUMNS, table_rows, written
+from mrfit.sheet.compute import SheetContent, sheet_of
+from mrfit.sheet.write import SHEET_COLUMNS, table_rows, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,14 +31,14 @@ class Sheet:
     """
 
     content: SheetFile
-    computed: Computed
+    computed: SheetContent
 
     @property
     def table(self) -> "DataFrame":
         """Every quantity of every condition, SI, with its 95 % interval, its verdict, or the reason why not."""
         from pandas import DataFrame
 
-        return DataFrame(table_rows(self.content), columns=list(COLUMNS))
+        return DataFrame(table_rows(self.content), columns=list(SHEET_COLUMNS))
 
     @property
     def verdicts(self) -> dict[str, str]:

@@ -36,7 +36,7 @@ def lag(
     reading: Reading,
     as_json: Json,
 ) -> None:
-    """Measure how late a channel follows its command, and in what time it has reached 95 % of a step.
+    """Measure the lag of a channel behind its command, and its time to 95 % of a step.
 
     Example: mrfit measure lag logs/steps.csv --command current_command --actual current
     """

@@ -14,7 +14,7 @@ from mrfit.settings import ingest
 if TYPE_CHECKING:
     from mrfit.sheet.signals import Signals
 
-OUT = Path("mrfit-plot")
+PLOT_FOLDER = Path("mrfit-plot")
 
 
 @options
@@ -22,7 +22,7 @@ def plot(
     logs: Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)],
     *,
     png: Annotated[bool, typer.Option("--png", help="Also a PNG of every log.")] = False,
-    out: Annotated[Path, typer.Option("--out", help="Folder for signals.html.")] = OUT,
+    out: Annotated[Path, typer.Option("--out", help="Folder for signals.html.")] = PLOT_FOLDER,
     reading: Annotated[ingest.Settings, Only(("map", "pattern"))],
     as_json: Json,
 ) -> None:
@@ -48,7 +48,7 @@ def plot(
 
 
 def conclude(files: Sequence[Path]) -> None:
-    """Print where the page is, and how many pictures lie beside it."""
+    """Print the path of the page and the number of pictures beside it."""
     more = f" and {len(files) - 1} PNG file{'s' * (len(files) != 2)} beside it" if len(files) > 1 else ""
     console.conclude(f"Signals: {files[0]}{more}")
 

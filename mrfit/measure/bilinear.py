@@ -16,23 +16,25 @@ Source: bilinear idealisation of hysteretic dampers and isolators by whole cycle
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import linregress
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import GRID, Cycles
+from mrfit.measure.cycles import Cycles
 from mrfit.measure.energy import work_of
 from mrfit.measure.forces import Forces
-from mrfit.measure.intervals import Estimate, PerCycle
+from mrfit.measure.intervals import PerCycle, known
 from mrfit.measure.quantity import Quantity, without
 
 UNLOADING = ("K_0", "K_p", "F_y", "d_y")
 PEAKS = ("K_0 initial", "K_p peaks", "F_y peaks", "d_y peaks")
-FROM, UNTIL = 0.9, 0.1
+UNLOADED_FROM, UNLOADED_UNTIL = 0.9, 0.1
 """Shares of the force at a reversal between which its unloading has the slope K_0."""
-LAST = 0.25
+LOADING_PART = 0.25
 """Part of the stroke before a reversal over which loading has the slope K_p."""
-ALIKE = 0.05
+AREA_TOLERANCE = 0.05
 """Difference in energy of a loop from its bilinear idealisation, as a share, above which it is not bilinear."""
 FEWEST_PEAKS = 3
+NORMAL_95 = 1.96
 
 
 def quantities(cycles: Cycles, forces: Forces) -> list[Quantity]:
@@ -58,7 +60,7 @@ def quantities(cycles: Cycles, forces: Forces) -> list[Quantity]:
     d_y = cycles.estimate(yield_displacement, *inputs)
     # a bilinear loop is a parallelogram
     area = 4.0 * force.values.mean() * (cycles.stroke / 2.0 - d_y.value / cycles.gain)
-    if abs(area / (work_of(cycles).values.mean() / cycles.gain) - 1.0) > ALIKE:
+    if abs(area / (work_of(cycles).values.mean() / cycles.gain) - 1.0) > AREA_TOLERANCE:
         return without(UNLOADING, "the loop is not bilinear: its energy is not that of such a loop")
     f_y = cycles.estimate(lambda k, p, q, g: k / g * yield_displacement(k, p, q, g), *inputs)
     return [Quantity(n, e) for n, e in zip(UNLOADING, (k_0, k_p, f_y, d_y), strict=True)]
@@ -74,11 +76,11 @@ def _unloading(cycles: Cycles, forces: Forces, greatest: bool) -> PerCycle | Non
     at_end = float(forces.at_ends[greatest].values.mean())
     curve = cycles.pooled(up)
     share = curve.force / at_end if at_end else np.zeros(1)
-    below = np.flatnonzero(share < UNTIL)
-    if not len(below) or np.max(share[: below[0] + 1], initial=0.0) < FROM:
+    below = np.flatnonzero(share < UNLOADED_UNTIL)
+    if not len(below) or np.max(share[: below[0] + 1], initial=0.0) < UNLOADED_FROM:
         return None
     last = int(below[0])
-    first = int(np.flatnonzero(share[: last + 1] >= FROM)[-1])
+    first = int(np.flatnonzero(share[: last + 1] >= UNLOADED_FROM)[-1])
     if last - first < 3:
         return None
     return _line(cycles, up, (float(curve.at[first]), float(curve.at[last])))[1]
@@ -87,29 +89,22 @@ def _unloading(cycles: Cycles, forces: Forces, greatest: bool) -> PerCycle | Non
 def _loading(cycles: Cycles, up: bool) -> tuple[PerCycle, PerCycle]:
     """Return force in N at mid-stroke and slope in N/m of the line of loading over the last part of the stroke."""
     far = (cycles.high if up else cycles.low) - (1.0 if up else -1.0) * 0.02 * cycles.stroke
-    near = far - (1.0 if up else -1.0) * LAST * cycles.stroke
+    near = far - (1.0 if up else -1.0) * LOADING_PART * cycles.stroke
     places = cycles.places_of(up, near), cycles.places_of(up, far)
     return _line(cycles, up, (min(places), max(places)))
 
 
 def _line(cycles: Cycles, up: bool, window: tuple[float, float]) -> tuple[PerCycle, PerCycle]:
     """Return value at mid-stroke and slope of straight lines of force over displacement, cycle by cycle."""
-    begin, end = cycles.branch_times(up)
-    moved = cycles.table[up][0]
-    levels, slopes = (np.empty((2, cycles.count)) for _ in range(2))
-    for k, samples in enumerate(cycles.samples(up)):
-        at = (cycles.time[samples] - begin[k]) / (end[k] - begin[k])
-        inside = (at >= window[0]) & (at <= window[1])
-        if int(inside.sum()) < 3:
+    rows = []
+    for at, force in cycles.branches(up):
+        inside = np.flatnonzero((at >= window[0]) & (at <= window[1]))
+        if len(inside) < 3:
             inside = np.argsort(np.abs(at - (window[0] + window[1]) / 2.0))[:3]
-        where = np.interp(at[inside], GRID, moved) - cycles.middle
-        about = where - where.mean()
-        weights = about / float(about @ about)
-        whole = 1.0 / len(where) - where.mean() * weights
-        force = cycles.force[samples][inside]
-        for into, used in ((levels, whole), (slopes, weights)):
-            into[:, k] = used @ force, cycles.noise**2 * float(used @ used)
-    return PerCycle(levels[0], levels[1]), PerCycle(slopes[0], slopes[1])
+        moved = cycles.moved(up, at[inside])
+        rows.append((np.stack([np.ones(len(moved)), moved], axis=1), force[inside]))
+    level, slope = cycles.regression(rows)
+    return level, slope
 
 
 def by_peaks(displacement: Array, force: Array, turns: Sequence[int]) -> list[Quantity]:
@@ -131,29 +126,21 @@ def by_peaks(displacement: Array, force: Array, turns: Sequence[int]) -> list[Qu
     stop = int(beyond[0]) if len(beyond) else len(x)
     if stop < 4 or np.ptp(x[:stop]) == 0.0:
         return without(PEAKS, "too few samples of the initial loading")
-    k_0 = _slope(x[:stop], f[:stop])
+    k_0, k_0_error = _line_through(x[:stop], f[:stop])
     grown = moved >= 0.5 * moved.max()
     if int(grown.sum()) < FEWEST_PEAKS:
         grown = np.argsort(moved)[-FEWEST_PEAKS:]
-    k_p = _slope(moved[grown], peaks[grown])
-    q = float(np.mean(peaks[grown]) - k_p.value * np.mean(moved[grown]))
-    if not k_0.value > max(k_p.value, 0.0) or q <= 0.0:
+    k_p, k_p_error = _line_through(moved[grown], peaks[grown])
+    q = float(np.mean(peaks[grown]) - k_p * np.mean(moved[grown]))
+    if not k_0 > max(k_p, 0.0) or q <= 0.0:
         return without(PEAKS, "the peaks do not lie on a line flatter than the initial loading")
-    d_y = q / (k_0.value - k_p.value)
-    yields = (_alone(k_0.value * d_y), _alone(d_y))
-    return [Quantity(n, e) for n, e in zip(PEAKS, (k_0, k_p, *yields), strict=True)]
+    d_y = q / (k_0 - k_p)
+    # no interval of yield is known from one loading
+    values = ((k_0, k_0_error), (k_p, k_p_error), (k_0 * d_y, np.inf), (d_y, np.inf))
+    return [Quantity(n, known(v, v - half, v + half)) for n, (v, half) in zip(PEAKS, values, strict=True)]
 
 
-def _slope(across: Array, up: Array) -> Estimate:
-    """Return the slope of a line of least squares, with the interval of its residual."""
-    about = across - across.mean()
-    power = float(about @ about)
-    slope = float(about @ up) / power
-    rest = up - up.mean() - slope * about
-    half = 1.96 * float(np.sqrt(rest @ rest / max(len(up) - 2, 1) / power))
-    return Estimate(slope, slope - half, slope + half, len(up) - 2.0, np.array([slope]), half / 1.96, None, 0.0)
-
-
-def _alone(value: float) -> Estimate:
-    """Return a value whose interval is not known."""
-    return Estimate(value, float("-inf"), float("inf"), 0.0, np.array([value]), float("nan"), None, 0.0)
+def _line_through(across: Array, up: Array) -> tuple[float, float]:
+    """Return the slope of a line of least squares with half of its interval."""
+    line = linregress(across, up)
+    return float(line.slope), NORMAL_95 * float(line.stderr)

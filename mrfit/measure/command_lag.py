@@ -1,4 +1,4 @@
-"""How an actual quantity follows its command: by what time it is late, and when it has reached 95 % of a step.
+"""Lag of an actual quantity behind its command, and its time to 95 % of a step.
 
     tau*dy/dt + y = g*u(t - t_d) + o
 
@@ -21,25 +21,25 @@ from mrfit.errors import DataError
 from mrfit.kernels.filters import held_back, smooth_lag
 
 # Share of a step after which it counts as made
-REACHED = 0.95
+RESPONSE_SHARE = 0.95
 # Factor, and part of the actual quantity's motion, by which the error of a pure dead time, or of a pure lag, has to be
 # above that of both, for them to be told apart
-ALIKE, PART = 1.02, 3e-3
+LAW_RATIO, LAW_PART = 1.02, 3e-3
 # Share of the record after whose beginning it is compared: what came before the first sample is not known
-BEGINNING = 0.02
+LAG_BEGINNING = 0.02
 # Longest dead time and time constant looked for, as a share of the record
-LONGEST = 0.1
+LAG_LONGEST = 0.1
 # Share of the command's range from which a change between two samples, of one that rests before and after, is a step
-STEP = 0.02
+COMMAND_STEP = 0.02
 # Share of a step within which the actual quantity may still move at the end of the rest
-SETTLED = 0.02
+SETTLED_SHARE = 0.02
 # Samples beyond which a record is looked at in so many
-SAMPLES = 40_000
+LAG_SAMPLES = 40_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class CommandLag:
-    """How one record's actual quantity follows its command.
+    """Lag of one record's actual quantity behind its command.
 
     Attributes
     ----------
@@ -71,15 +71,15 @@ class CommandLag:
 
 
 def command_lag(name: str, command: Array, actual: Array, dt: float) -> CommandLag:
-    """Return how an actual quantity (N,) follows its command (N,), sampled every dt s.
+    """Return the lag of an actual quantity (N,) behind its command (N,), sampled every dt s.
 
     Raises
     ------
     DataError
         If the command does not move, or the actual quantity does not move with it.
     """
-    if len(command) > SAMPLES:
-        command, actual = command[:SAMPLES], actual[:SAMPLES]
+    if len(command) > LAG_SAMPLES:
+        command, actual = command[:LAG_SAMPLES], actual[:LAG_SAMPLES]
     if not np.ptp(command) or not np.ptp(actual):
         what = "command" if not np.ptp(command) else "actual quantity"
         raise DataError(f"{name}: the {what} does not move; give a record in which it does")
@@ -89,7 +89,7 @@ def command_lag(name: str, command: Array, actual: Array, dt: float) -> CommandL
     least = law.error(both)
     if least > 0.9:
         raise DataError(f"{name}: the actual quantity does not follow this command; check the two channels")
-    apart = max(law.error(delay), law.error(first_order)) > max(ALIKE * least, float(np.hypot(least, PART)))
+    apart = max(law.error(delay), law.error(first_order)) > max(LAW_RATIO * least, float(np.hypot(least, LAW_PART)))
     times = both if apart else min(delay, first_order, key=law.error)
     steps = _steps(command, actual, dt)
     return CommandLag(
@@ -97,7 +97,7 @@ def command_lag(name: str, command: Array, actual: Array, dt: float) -> CommandL
         lag=float(sum(times)),
         dead_time=times[0] if apart else None,
         time_constant=times[1] if apart else None,
-        response_time=times[0] + times[1] * float(np.log(1.0 / (1.0 - REACHED))) if apart else None,
+        response_time=times[0] + times[1] * float(np.log(1.0 / (1.0 - RESPONSE_SHARE))) if apart else None,
         measured_response=float(np.median(steps)) if steps else None,
         steps=len(steps),
         gain=law.gain(times),
@@ -119,7 +119,7 @@ class _Law:
     @property
     def first(self) -> int:
         """First sample that is compared."""
-        return int(BEGINNING * len(self.command))
+        return int(LAG_BEGINNING * len(self.command))
 
     @property
     def about(self) -> Array:
@@ -140,7 +140,7 @@ class _Law:
         return float(late @ self.about) / max(float(late @ late), 1e-300)
 
     def left(self, times: Times) -> Array:
-        """Return what the law leaves, over the RMS of the actual quantity about its mean, (N,)."""
+        """Return the residual of the law over the RMS of the actual quantity about its mean, (N,)."""
         about = self.about
         return np.asarray((about - self.gain(times) * self.late(times)) / np.std(about))
 
@@ -150,7 +150,7 @@ class _Law:
 
     def fitted(self, free: Times) -> Times:
         """Return the times, of which those marked 1 are free, that leave least: from the best of a grid."""
-        most = LONGEST * len(self.command) * self.dt
+        most = LAG_LONGEST * len(self.command) * self.dt
         grid = [0.0, *np.geomspace(0.25 * self.dt, most, 24)]
         parts = [(free[0] * t * share, free[1] * t * (1.0 - share)) for t in grid for share in self._shares(free)]
         best: Times = min(parts, key=self.error)
@@ -178,14 +178,14 @@ class _Law:
 def _steps(command: Array, actual: Array, dt: float) -> list[float]:
     """Return the times in s to 95 % of every step of a command that rests before and after it, as recorded."""
     change = np.abs(np.diff(command))
-    at = np.flatnonzero(change > STEP * np.ptp(command))
+    at = np.flatnonzero(change > COMMAND_STEP * np.ptp(command))
     found = []
     for place, j in enumerate(at):
         before = at[place - 1] + 1 if place else 0
         after = at[place + 1] if place + 1 < len(at) else len(command) - 1
         held, rest = command[before : j + 1], command[j + 1 : after + 1]
         size = abs(rest[-1] - held[-1]) if len(rest) else 0.0
-        if len(rest) < 8 or len(held) < 4 or np.ptp(rest) > STEP * size or np.ptp(held) > STEP * size:
+        if len(rest) < 8 or len(held) < 4 or np.ptp(rest) > COMMAND_STEP * size or np.ptp(held) > COMMAND_STEP * size:
             continue
         time = _to_95(actual[j : after + 1], float(np.median(actual[max(before, j - 3) : j + 1])), dt)
         if time is not None:
@@ -198,11 +198,11 @@ def _to_95(actual: Array, start: float, dt: float) -> float | None:
     tail = actual[-max(3, len(actual) // 5) :]
     end = float(np.median(tail))
     way = end - start
-    if not way or np.ptp(tail) > max(SETTLED * abs(way), 4.0 * float(np.std(np.diff(tail)))):
+    if not way or np.ptp(tail) > max(SETTLED_SHARE * abs(way), 4.0 * float(np.std(np.diff(tail)))):
         return None
     share = (actual - start) / way
-    below = np.flatnonzero(share < REACHED)
+    below = np.flatnonzero(share < RESPONSE_SHARE)
     if not len(below) or below[-1] + 1 >= len(share):
         return None
     k = int(below[-1])
-    return float((k + (REACHED - share[k]) / (share[k + 1] - share[k])) * dt)
+    return float((k + (RESPONSE_SHARE - share[k]) / (share[k + 1] - share[k])) * dt)

@@ -15,10 +15,10 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from mrfit.core.specs import Array
-from mrfit.measure.intervals import CONFIDENCE, Estimate
+from mrfit.measure.intervals import CONFIDENCE, Estimate, known
 from mrfit.measure.quantity import Quantity, without
 
-SPEEDS = 3
+LAW_SPEEDS = 3
 SAME_SPEED, SAME_CURRENT, LEAST_CURRENT = 0.05, 0.05, 0.02
 """Shares by which speeds and currents (and amperes by which small ones) of one level may differ."""
 BEYOND_CHANCE = 0.01
@@ -27,7 +27,7 @@ WARMER = 5.0
 
 
 @dataclass(frozen=True)
-class Level:
+class ConditionForce:
     """An estimate in a condition: its peak velocity in m/s, current in A and temperature in degC (nan if not known)."""
 
     condition: str
@@ -42,33 +42,33 @@ class Level:
         return self.estimate.error / float(student.ppf(0.5 + CONFIDENCE / 2.0, max(self.estimate.freedom, 1.0)))
 
 
-def power_law(levels: Sequence[Level], sign: str) -> list[Quantity]:
+def power_law(levels: Sequence[ConditionForce], sign: str) -> list[Quantity]:
     """Return C and alpha of the forces at mid-stroke of one direction, ``+`` or ``-``, at one current."""
     names = (f"C{sign}", f"alpha{sign}")
-    known = [one for one in levels if one.estimate.value * (1.0 if sign == "+" else -1.0) > 2.0 * one.error]
-    speeds = np.array([one.velocity for one in known])
-    if _distinct(speeds) < SPEEDS:
-        return without(names, f"{_distinct(speeds)} speed{'s' * (_distinct(speeds) != 1)}; {SPEEDS} are needed")
-    force = np.log(np.abs([one.estimate.value for one in known]))
-    errors = np.array([one.error / abs(one.estimate.value) for one in known])
+    opposing = [one for one in levels if one.estimate.value * (1.0 if sign == "+" else -1.0) > 2.0 * one.error]
+    speeds = np.array([one.velocity for one in opposing])
+    if _distinct(speeds) < LAW_SPEEDS:
+        return without(names, f"{_distinct(speeds)} speed{'s' * (_distinct(speeds) != 1)}; {LAW_SPEEDS} are needed")
+    force = np.log(np.abs([one.estimate.value for one in opposing]))
+    errors = np.array([one.error / abs(one.estimate.value) for one in opposing])
     errors = np.maximum(errors, 1e-9)
     basis = np.stack([np.ones(len(speeds)), np.log(speeds)], axis=1) / errors[:, None]
     covariance = np.linalg.inv(basis.T @ basis)
     level, alpha = covariance @ basis.T @ (force / errors)
     left = force / errors - basis @ np.array([level, alpha])
     excess, freedom = float(left @ left), len(speeds) - 2
-    total = float(sum(one.estimate.freedom for one in known))
+    total = float(sum(one.estimate.freedom for one in opposing))
     if freedom and float(chi2.sf(excess, freedom)) < BEYOND_CHANCE:
         covariance, total = covariance * excess / freedom, float(freedom)
     half = float(student.ppf(0.5 + CONFIDENCE / 2.0, total)) * np.sqrt(np.diag(covariance))
     c = np.exp([level, level - half[0], level + half[0]])
     return [
-        Quantity(names[0], _known(float(c[0]), (float(c[1]), float(c[2])), total)),
-        Quantity(names[1], _known(float(alpha), (float(alpha - half[1]), float(alpha + half[1])), total)),
+        Quantity(names[0], known(float(c[0]), float(c[1]), float(c[2]), total)),
+        Quantity(names[1], known(float(alpha), float(alpha - half[1]), float(alpha + half[1]), total)),
     ]
 
 
-def dynamic_range(levels: Sequence[tuple[Level, Level]]) -> list[tuple[str, Quantity]]:
+def dynamic_range(levels: Sequence[Sequence[ConditionForce]]) -> list[tuple[str, Quantity]]:
     """Return the dynamic range per speed, with the condition of the greatest current.
 
     Parameters
@@ -93,7 +93,7 @@ def dynamic_range(levels: Sequence[tuple[Level, Level]]) -> list[tuple[str, Quan
     return found
 
 
-def fade(levels: Sequence[Level], name: str) -> list[tuple[str, Quantity]]:
+def fade(levels: Sequence[ConditionForce], name: str) -> list[tuple[str, Quantity]]:
     """Return the loss of peak force from the coldest condition, of one speed and current each."""
     found = []
     left = [one for one in levels if np.isfinite(one.temperature)]
@@ -105,30 +105,30 @@ def fade(levels: Sequence[Level], name: str) -> list[tuple[str, Quantity]]:
         for one in group:
             if one.temperature - coldest.temperature >= WARMER:
                 ratio = _ratio((one.estimate, one.error), (coldest.estimate, coldest.error))
-                lost = _known(1.0 - ratio.value, (1.0 - ratio.high, 1.0 - ratio.low), ratio.freedom)
+                lost = known(1.0 - ratio.value, 1.0 - ratio.high, 1.0 - ratio.low, ratio.freedom)
                 found.append((one.condition, Quantity(name, lost)))
     return found
 
 
 def fade_over_cycles(peak: Estimate) -> Estimate | None:
     """Return the loss of peak force from the first cycle to the last, by the line through all; None of too few."""
-    if peak.slope is None or len(peak.cycles) < SPEEDS:
+    if peak.slope is None or len(peak.cycles) < LAW_SPEEDS:
         return None
     span = len(peak.cycles) - 1
     first = abs(peak.value) - np.sign(peak.value) * peak.slope.value * span / 2.0
     lost = -np.sign(peak.value) * peak.slope.value * span / first
     half = (peak.slope.high - peak.slope.low) / 2.0 * span / first
-    return _known(float(lost), (float(lost - half), float(lost + half)), len(peak.cycles) - 2.0)
+    return known(float(lost), float(lost - half), float(lost + half), len(peak.cycles) - 2.0)
 
 
-def same_current(one: Level, other: Level) -> bool:
+def same_current(one: ConditionForce, other: ConditionForce) -> bool:
     """Return whether two conditions have one current, or none is known of both."""
     if np.isnan(one.current) or np.isnan(other.current):
         return bool(np.isnan(one.current) and np.isnan(other.current))
     return abs(one.current - other.current) <= max(SAME_CURRENT * abs(one.current), LEAST_CURRENT)
 
 
-def _same(one: Level, other: Level) -> bool:
+def _same(one: ConditionForce, other: ConditionForce) -> bool:
     return same_current(one, other) and abs(one.velocity - other.velocity) <= SAME_SPEED * one.velocity
 
 
@@ -137,11 +137,11 @@ def _distinct(speeds: Array) -> int:
     return int(len(ordered) > 0) + int(np.sum(np.diff(ordered) > SAME_SPEED * ordered[1:]))
 
 
-def _mean(pair: tuple[Level, Level]) -> tuple[Estimate, float]:
+def _mean(pair: Sequence[ConditionForce]) -> tuple[Estimate, float]:
     """Return the mean magnitude of both directions as an estimate, and its standard error."""
     value = (abs(pair[0].estimate.value) + abs(pair[1].estimate.value)) / 2.0
     error = float(np.hypot(pair[0].error, pair[1].error)) / 2.0
-    return _known(value, (value, value), min(one.estimate.freedom for one in pair)), error
+    return known(value, value, value, min(one.estimate.freedom for one in pair)), error
 
 
 def _ratio(over: tuple[Estimate, float], under: tuple[Estimate, float]) -> Estimate:
@@ -150,8 +150,4 @@ def _ratio(over: tuple[Estimate, float], under: tuple[Estimate, float]) -> Estim
     error = value * float(np.hypot(a_error / a.value, b_error / b.value))
     freedom = a.freedom + b.freedom
     half = float(student.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * error
-    return _known(value, (value - half, value + half), freedom)
-
-
-def _known(value: float, ends: tuple[float, float], freedom: float) -> Estimate:
-    return Estimate(value, *ends, freedom, np.array([value]), float("nan"), None, 0.0)
+    return known(value, value - half, value + half, freedom)

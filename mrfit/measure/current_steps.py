@@ -20,29 +20,32 @@ from mrfit.measure.quantity import Quantity, without
 from mrfit.signal.noise import noise_level
 from mrfit.signal.savitzky_golay import NARROWEST, Smoother
 
-PARTS = ("dead time", "t63", "t90", "overshoot")
-NAMES = tuple(f"{part} {way}" for way in ("up", "down") for part in PARTS)
-STEP = 0.1
+RESPONSE_PARTS = ("dead time", "t63", "t90", "overshoot")
+RESPONSES = tuple(f"{part} {way}" for way in ("up", "down") for part in RESPONSE_PARTS)
+CURRENT_STEP = 0.1
 """Share of the current's range from which a change within a few samples is a step."""
-HELD = 0.05
-"""Share by which the speed may differ while the force answers."""
-FEWEST = 12
-"""Samples of a rest."""
-REST = 0.3
+SPEED_TOLERANCE = 0.05
+"""Share by which the speed may differ while the force answers; the rest ends where it differs more."""
+REST_SAMPLES, REVERSAL_SAMPLES = 12, 2
+"""Samples of a rest at least, and samples beside a reversal that do not count."""
+OVERSHOOT_NOISE = 3.0
+"""Noise over the step above which a maximum beyond the new level is an overshoot."""
+LEVEL_PART = 0.3
 """Part of a rest, at its end, that gives the new level."""
 
 
 def quantities(current: Array, force: Array, velocity: Array, dt: float) -> list[Quantity]:
     """Return the response to the steps of a current (N,) in A of a force (N,) in N at a velocity (N,) in m/s."""
     if not np.ptp(current) > 8.0 * noise_level(current):
-        return without(NAMES, "no step of the current")
+        return without(RESPONSES, "no step of the current")
     places = _steps(current)
     if not len(places):
-        return without(NAMES, "no step of the current that holds before and after")
+        return without(RESPONSES, "no step of the current that holds before and after")
     answers: dict[str, list[list[float]]] = {"up": [], "down": []}
     moving = False
-    for begin, at, stop in places:
-        if not _holds(velocity[max(begin, at - FEWEST) : stop]):
+    for first, at, end in places:
+        begin, stop = _range_of_speed(velocity, first, at, end)
+        if min(at - begin, stop - at) < REST_SAMPLES:
             moving = True
             continue
         answer = _answer(force[begin:stop] * np.sign(np.median(velocity[begin:stop])), at - begin, dt)
@@ -55,7 +58,7 @@ def quantities(current: Array, force: Array, velocity: Array, dt: float) -> list
     )
     found = []
     for way, rows in answers.items():
-        names = tuple(f"{part} {way}" for part in PARTS)
+        names = tuple(f"{part} {way}" for part in RESPONSE_PARTS)
         columns = np.array(rows).T
         found += [Quantity(n, of_values(c)) for n, c in zip(names, columns, strict=False)] or without(names, reason)
     return found
@@ -63,7 +66,7 @@ def quantities(current: Array, force: Array, velocity: Array, dt: float) -> list
 
 def _steps(current: Array) -> list[tuple[int, int, int]]:
     """Return (first sample before, first sample after, end) of the steps that hold before and after."""
-    size = STEP * float(np.ptp(current))
+    size = CURRENT_STEP * float(np.ptp(current))
     jumps = np.flatnonzero(np.abs(current[2:] - current[:-2]) > size) + 1
     if not len(jumps):
         return []
@@ -73,7 +76,7 @@ def _steps(current: Array) -> list[tuple[int, int, int]]:
     for k, group in enumerate(groups):
         begin, stop = ends[k], int(groups[k + 1][0]) if k + 1 < len(groups) else len(current)
         before, after = current[begin : group[0]], current[group[-1] + 1 : stop]
-        if min(len(before), len(after)) < FEWEST:
+        if min(len(before), len(after)) < REST_SAMPLES:
             continue
         half = (np.median(before) + np.median(after)) / 2.0
         crossed = np.flatnonzero((current[group[0] - 1 : group[-1] + 2] > half) == (np.median(after) > half))
@@ -81,16 +84,21 @@ def _steps(current: Array) -> list[tuple[int, int, int]]:
     return found
 
 
-def _holds(speeds: Array) -> bool:
-    middle = float(np.median(speeds))
-    return middle != 0.0 and float(np.max(np.abs(speeds - middle))) <= HELD * abs(middle)
+def _range_of_speed(velocity: Array, first: int, at: int, end: int) -> tuple[int, int]:
+    """Return the samples about a step, within its rests, over which the speed holds."""
+    speed = float(np.median(velocity[max(first, at - REST_SAMPLES // 2) : at + REST_SAMPLES // 2]))
+    off = np.abs(velocity[first:end] - speed) > SPEED_TOLERANCE * abs(speed)
+    before, after = np.flatnonzero(off[: at - first]), np.flatnonzero(off[at - first :])
+    # the samples beside a reversal have a force of either direction
+    begin = first + int(before[-1]) + 1 + REVERSAL_SAMPLES if len(before) else first
+    return begin, at + int(after[0]) - REVERSAL_SAMPLES if len(after) else end
 
 
 def _answer(force: Array, at: int, dt: float) -> list[float] | None:
     """Return dead time, t63, t90 in s and overshoot of a force whose current steps at a sample; None without any."""
     after = force[at:]
-    old, new = force[max(at - 4 * FEWEST, 0) : at], after[-max(int(REST * len(after)), 3) :]
-    if len(old) < 3 or len(after) < max(FEWEST, NARROWEST):
+    old, new = force[max(at - 4 * REST_SAMPLES, 0) : at], after[-max(int(LEVEL_PART * len(after)), 3) :]
+    if len(old) < 3 or len(after) < max(REST_SAMPLES, NARROWEST):
         return None
     level, noise = float(np.mean(old)), noise_level(force)
     way = float(np.mean(new)) - level
@@ -105,7 +113,7 @@ def _answer(force: Array, at: int, dt: float) -> list[float] | None:
     t28, t63, t90 = (float(t) * dt for t in times if t is not None)
     dead = max(t63 - 1.5 * (t63 - t28), 0.0)
     beyond = float(np.max(share)) - 1.0
-    return [dead, t63, t90, max(beyond - 2.0 * noise / abs(way), 0.0)]
+    return [dead, t63, t90, beyond if beyond > OVERSHOOT_NOISE * noise / abs(way) else 0.0]
 
 
 def _reached(share: Sequence[float] | Array, part: float) -> float | None:

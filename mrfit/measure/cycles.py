@@ -7,7 +7,7 @@ the samples about it, of one branch alone, so that a jump at a reversal stays on
 that of these weights.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,48 +18,51 @@ from scipy.special import chdtrc, fdtrc
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.measure.intervals import DRIFTS, Estimate, Function, PerCycle, estimate, line_of
+from mrfit.measure.intervals import DRIFT_CHANCE, Estimate, Function, PerCycle, estimate, line_of
 from mrfit.signal.cycles import turning_points
 from mrfit.signal.noise import noise_level, white_part
 from mrfit.signal.smoothing import smooth
 
 CENTRAL = 0.05
 """Share of the stroke to either side of its middle over which a force at mid-stroke is taken."""
-FEWEST_SAMPLES = 16
+CYCLE_SAMPLES = 16
 """Samples of a cycle below which nothing is read off it."""
-GRID = np.linspace(0.0, 1.0, 257)
-BINS = 384
-WIDE = 0.08
+BRANCH_GRID = np.linspace(0.0, 1.0, 257)
+BRANCH_BINS = 384
+QUARTIC_WINDOW = 0.08
 """Half of a window, in shares of a branch, above which its polynomial has a degree of 4 and not of 2."""
-FEWEST_IN = 3.5
+WINDOW_SAMPLES = 3.5
 """Samples that a window reaches to either side at least."""
-END = 0.08
+END_WINDOW = 0.08
 """Window at a branch's end, in shares of it, and samples that it has at least."""
 END_SAMPLES = 6
-ALIKE = 0.01
+COMMON_CHANCE = 0.01
 """Chance below which what residuals of all cycles have in common is an error of the fit."""
 WORSE, WORSE_AT_END = 2.0, 5.0
 """Error of a fit over the RMS of its residual, in the middle of its window and at the end of two half windows."""
-ROUNDING = 1e-12
-TINY = 1e-300
-SHOWN, CORNERS = 64, 5.0
-"""Samples of a cycle below which a corner may pass unseen, and its error of the work over the difference of rules."""
-BEYOND = 1.0
+COMMON_ROUNDING = 1e-12
+SMALLEST_SPAN = 1e-300
+CORNER_SAMPLES = 96
+"""Samples of a cycle below which a corner beside a reversal may pass unseen."""
+FEWEST_AT_REVERSAL = 32
+"""Samples of a cycle below which a corner beside a reversal is not told from a jump at it."""
+DRIFT_BEYOND = 1.0
 """Numbers of the measured cycles before and after them over which their drift is taken to go on."""
-FINE = 200
+SPLINE_SAMPLES = 200
 """Samples of a cycle from which straight lines between them give the work to 0.01 %."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """Begin and end of a window on a branch, and the degree of the polynomial that is fitted over it."""
+    """Begin and end of a window on a branch, degree of its polynomial, and whether samples at its ends weigh less."""
 
     ends: tuple[float, float]
     degree: int
+    tapered: bool = False
 
 
 @dataclass(frozen=True)
-class Pooled:
+class BranchMean:
     """Force over place on a branch, of several cycles: means over bins (B,), and the samples of each."""
 
     at: Array
@@ -72,11 +75,11 @@ class Pooled:
         ends = np.array([window.ends for window in windows])
         inside = (self.at >= ends[:, :1]) & (self.at <= ends[:, 1:])
         about = np.where(inside, self.at - places[:, None], 0.0)
-        about /= np.maximum(np.max(np.abs(about), axis=1, keepdims=True), TINY)
-        degrees = np.array([window.degree for window in windows])
+        about /= np.maximum(np.max(np.abs(about), axis=1, keepdims=True), SMALLEST_SPAN)
+        degrees, tapered = (np.array([getattr(w, name) for w in windows]) for name in ("degree", "tapered"))
         for degree in np.unique(degrees):
             rows = np.flatnonzero((degrees == degree) & (inside.sum(axis=1) > degree))
-            weighted = inside[rows] * self.counts
+            weighted = inside[rows] * self.counts * np.where(tapered[rows, None], _taper(about[rows]) ** 2, 1.0)
             moments = [np.sum(weighted * about[rows] ** k, axis=1) for k in range(2 * degree + 1)]
             level = [np.sum(weighted * about[rows] ** k * self.force, axis=1) for k in range(degree + 1)]
             square = np.stack([np.stack(moments[k : k + degree + 1], axis=1) for k in range(degree + 1)], axis=1)
@@ -91,7 +94,7 @@ class Pooled:
             return False
         at, force, roots = self.at[inside], self.force[inside], np.sqrt(self.counts[inside])
         left = (np.polynomial.Polynomial.fit(at, force, window.degree, w=roots)(at) - force) * roots
-        return float(chdtrc(freedom, float(left @ left) / noise**2)) > ALIKE if noise > 0.0 else not left.any()
+        return float(chdtrc(freedom, float(left @ left) / noise**2)) > COMMON_CHANCE if noise > 0.0 else not left.any()
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,11 +161,11 @@ class Cycles:
 
     @cached_property
     def table(self) -> dict[bool, tuple[Array, Array]]:
-        """Mean displacement in m and velocity in m/s at ``GRID`` of the branches up (True) and down (False)."""
+        """Mean displacement in m and velocity in m/s at ``BRANCH_GRID`` of the branches up (True) and down (False)."""
         found = {}
         for up in (True, False):
             begin, end = self.branch_times(up)
-            times = begin[:, None] + GRID * (end - begin)[:, None]
+            times = begin[:, None] + BRANCH_GRID * (end - begin)[:, None]
             speed = self.motion(times, 1).mean(axis=0)
             speed[[0, -1]] = 0.0
             found[up] = (self.motion(times).mean(axis=0), speed)
@@ -206,7 +209,9 @@ class Cycles:
     def places_of(self, up: bool, displacement: float) -> float:
         """Return the place of a branch at which it passes a displacement in m."""
         moved = self.table[up][0]
-        return float(np.interp(displacement, moved, GRID) if up else np.interp(-displacement, -moved, GRID))
+        return float(
+            np.interp(displacement, moved, BRANCH_GRID) if up else np.interp(-displacement, -moved, BRANCH_GRID)
+        )
 
     def samples(self, up: bool) -> list[slice]:
         """Return the samples of every branch, its reversals excluded."""
@@ -214,19 +219,41 @@ class Cycles:
         first, last = np.searchsorted(self.time, begin, side="right"), np.searchsorted(self.time, end, side="left")
         return [slice(int(a), int(b)) for a, b in zip(first, last, strict=True)]
 
+    def branches(self, up: bool) -> list[tuple[Array, Array]]:
+        """Return place and force (S,) of the samples of every branch."""
+        parts = zip(self.samples(up), *self.branch_times(up), strict=True)
+        return [((self.time[s] - begin) / (end - begin), self.force[s]) for s, begin, end in parts]
+
+    def moved(self, up: bool, at: Array) -> Array:
+        """Return the displacement in m from the middle of the stroke at places (S,) of a branch."""
+        return np.interp(at, BRANCH_GRID, self.table[up][0]) - self.middle
+
+    def velocity(self, up: bool, at: Array) -> Array:
+        """Return the velocity in m/s at places (S,) of a branch."""
+        return np.interp(at, BRANCH_GRID, self.table[up][1])
+
+    def regression(self, rows: Iterable[tuple[Array, Array]]) -> list[PerCycle]:
+        """Return the coefficients of least squares of every cycle, from its functions (S, P) and forces (S,)."""
+        found = []
+        for basis, force in rows:
+            inverse = np.linalg.pinv(basis)
+            found.append((inverse @ force, self.noise**2 * np.sum(inverse**2, axis=1)))
+        values, noise = (np.array(column).T for column in zip(*found, strict=True))
+        return [PerCycle(*one) for one in zip(values, noise, strict=True)]
+
     def window(self, place: float, half: float) -> Window:
         """Return the window about a place that has enough samples, within the branch."""
         step = 2.0 / self.per_cycle
-        reach = max(half, FEWEST_IN * step)
+        reach = max(half, WINDOW_SAMPLES * step)
         low, high = place - reach, place + reach
         if low < 0.0 or high > 1.0:
-            width = max(END, END_SAMPLES * step, min(2.0 * reach, 1.0) if 0.0 < place < 1.0 else 0.0)
+            width = max(END_WINDOW, END_SAMPLES * step, min(2.0 * reach, 1.0) if 0.0 < place < 1.0 else 0.0)
             low, high = (0.0, min(width, 1.0)) if low < 0.0 else (max(1.0 - width, 0.0), 1.0)
-            return Window((low, high), 2 if width <= 2.0 * WIDE else 3)
-        return Window((low, high), 2 if reach <= WIDE else 4)
+            return Window((low, high), 2 if width <= 2.0 * QUARTIC_WINDOW else 3)
+        return Window((low, high), 2 if reach <= QUARTIC_WINDOW else 4)
 
-    def at(self, up: bool, place: float, half: float = CENTRAL / 2.0, slope: bool = False) -> PerCycle:
-        """Return the force in N at a place of every branch, or its slope over the place.
+    def at(self, up: bool, place: float, half: float = CENTRAL / 2.0) -> PerCycle:
+        """Return the force in N at a place of every branch.
 
         Parameters
         ----------
@@ -236,27 +263,29 @@ class Cycles:
             0 to 1; at both ends the force's limit from within the branch.
         half
             Half of the window in shares of the branch, widened where it would have too few samples.
-        slope
-            Whether the slope is wanted.
         """
-        return self.fitted(up, place, self.window(place, half), slope)
+        return self.fitted(up, place, self.window(place, half))
 
-    def fitted(self, up: bool, place: float, window: Window, slope: bool = False) -> PerCycle:
-        """Return the value or the slope at a place of polynomials of the force over a window of every branch."""
-        begin, end = self.branch_times(up)
+    def fitted(self, up: bool, place: float, window: Window) -> PerCycle:
+        """Return the value at a place of polynomials of the force over a window of every branch."""
         low, high = window.ends
         worse = WORSE if low < place < high else WORSE_AT_END
-        local = _Local(self.noise, worse, 0.0 if slope else self.zero)
-        for k, samples in enumerate(self.samples(up)):
-            at = (self.time[samples] - begin[k]) / (end[k] - begin[k])
+        local = LocalFit(self.noise, worse, self.zero)
+        for at, force in self.branches(up):
             ends = int(np.searchsorted(at, low, "left")), int(np.searchsorted(at, high, "right"))
             # windows of few samples are widened by these
             a, b = _widened(*ends, window.degree + 2, len(at))
             at = at[a:b] - place
             scale = float(np.max(np.abs(at))) or 1.0
             basis = np.vander(at / scale, min(window.degree, b - a - 1) + 1, increasing=True)
-            local.add(at, basis, self.force[samples][a:b], (int(slope), 1.0 / scale if slope else 1.0))
+            root = _taper(at / scale) if window.tapered else np.ones(len(at))
+            local.add(at, basis * root[:, None], force[a:b] * root)
         return local.found
+
+    def about_reversal(self, greatest: bool) -> list[tuple[Array, Array]]:
+        """Return place, below 0 before the greatest or least displacement, and force (S,) of every cycle."""
+        pairs = zip(self.branches(greatest), self.branches(not greatest), strict=True)
+        return [(np.concatenate([a - 1.0, b]), np.concatenate([f, g])) for (a, f), (b, g) in pairs]
 
     def at_reversal(self, greatest: bool) -> PerCycle:
         """Return the force in N at the greatest or the least displacement: the mean of its limits before and after.
@@ -265,18 +294,19 @@ class Cycles:
         reversal; a jump there, or a slope without bound, is odd and does not move the mean.
         """
         step = 2.0 / self.per_cycle
-        width = min(max(END, END_SAMPLES * step), 1.0)
-        local = _Local(self.noise, WORSE_AT_END, self.zero)
-        before, after = (zip(self.samples(up), *self.branch_times(up), strict=True) for up in (greatest, not greatest))
-        for one, other in zip(before, after, strict=True):
-            parts = []
-            for (samples, begin, end), zero in ((one, 1.0), (other, 0.0)):
-                at = (self.time[samples] - begin) / (end - begin) - zero
-                near = np.abs(at) <= width
-                parts.append((at[near], self.force[samples][near]))
-            at, force = (np.concatenate(column) for column in zip(*parts, strict=True))
-            local.add(at, _even_and_odd(at / width), force, (0, 1.0))
-        return local.found
+        width = min(max(END_WINDOW, END_SAMPLES * step), 1.0)
+        local = LocalFit(self.noise, WORSE_AT_END, self.zero)
+        narrow = LocalFit(self.noise, WORSE_AT_END, self.zero)
+        for at, force in self.about_reversal(greatest):
+            for fit, reach, terms in ((local, width, 7), (narrow, width * 2.0 / 3.0, 5)):
+                near = np.abs(at) <= reach
+                fit.add(at[near], _even_and_odd(at[near] / reach)[:, :terms], force[near])
+        found, other = local.found, narrow.found
+        if self.per_cycle >= CORNER_SAMPLES:
+            return found
+        apart = float(np.mean(found.values - other.values))
+        chance = 2.0 * float(np.sqrt(np.mean(found.noise + other.noise) / self.count))
+        return replace(found, shared=max(found.shared, WORSE * (abs(apart) - chance)))
 
     @cached_property
     def work(self) -> PerCycle:
@@ -286,38 +316,37 @@ class Cycles:
 
     def _work(self, up: bool) -> PerCycle:
         begin, end = self.branch_times(up)
-        values, noise, lines = np.empty(self.count), np.empty(self.count), np.empty(self.count)
+        values, noise, thin = np.empty(self.count), np.empty(self.count), np.empty((2, self.count))
         for k, samples in enumerate(self.samples(up)):
             time = np.concatenate([[begin[k]], self.time[samples], [end[k]]])
             parts, rate = np.diff(time) / 2.0, self.motion(self.time[samples], 1)
             weights = (parts[1:] + parts[:-1]) * rate
-            values[k] = lines[k] = float(weights @ self.force[samples])
-            if self.per_cycle < FINE:
+            values[k] = thin[:, k] = float(weights @ self.force[samples])
+            if self.per_cycle < SPLINE_SAMPLES:
                 power = np.concatenate([[0.0], self.force[samples] * rate, [0.0]])
-                values[k] = float(CubicSpline(time, power).integrate(begin[k], end[k]))
+                values[k] = _integral(time, power)
+                halves = (np.r_[0, first : len(time) - 1 : 2, len(time) - 1] for first in (1, 2))
+                thin[:, k] = [_integral(time[half], power[half]) for half in halves]
             noise[k] = self.noise**2 * float(weights @ weights)
-        apart = abs(float(np.mean(values - lines)))
-        # corners that so few samples do not show, at places that are the same in every cycle
-        apart *= CORNERS if self.per_cycle < SHOWN else 1.0
-        return PerCycle(values, noise, apart)
+        # corners between samples lie at places that are alike in every cycle: half of the samples show their error
+        return PerCycle(values, noise, float(np.max(np.abs(np.mean(values - thin, axis=1)))))
 
     def placed(self, up: bool, every: slice = slice(None)) -> tuple[Array, Array, Array]:
         """Return cycle, place and force (S,) of the samples of the branches of some cycles."""
-        begin, end = self.branch_times(up)
-        chosen = list(enumerate(self.samples(up)))[every]
-        which = np.concatenate([np.full(s.stop - s.start, k) for k, s in chosen])
-        at = np.concatenate([(self.time[s] - begin[k]) / (end[k] - begin[k]) for k, s in chosen])
-        return which, at, np.concatenate([self.force[s] for _, s in chosen])
+        chosen = list(enumerate(self.branches(up)))[every]
+        which = np.concatenate([np.full(len(at), k) for k, (at, _) in chosen])
+        at, force = (np.concatenate(column) for column in zip(*(one for _, one in chosen), strict=True))
+        return which, at, force
 
-    def pooled(self, up: bool, every: slice = slice(None)) -> Pooled:
+    def pooled(self, up: bool, every: slice = slice(None)) -> BranchMean:
         """Return force over place of the branches of some cycles together."""
         _, at, force = self.placed(up, every)
-        which = np.minimum((at * BINS).astype(np.int64), BINS - 1)
-        counts = np.bincount(which, minlength=BINS)
+        which = np.minimum((at * BRANCH_BINS).astype(np.int64), BRANCH_BINS - 1)
+        counts = np.bincount(which, minlength=BRANCH_BINS)
         there = counts > 0
-        return Pooled(
-            np.bincount(which, at, BINS)[there] / counts[there],
-            np.bincount(which, force, BINS)[there] / counts[there],
+        return BranchMean(
+            np.bincount(which, at, BRANCH_BINS)[there] / counts[there],
+            np.bincount(which, force, BRANCH_BINS)[there] / counts[there],
             counts[there].astype(np.float64),
         )
 
@@ -326,20 +355,29 @@ class Cycles:
         return estimate(function, *inputs, reach=self.reach)
 
 
+def _integral(time: Array, power: Array) -> float:
+    return float(CubicSpline(time, power).integrate(time[0], time[-1]))
+
+
 def _widened(first: int, last: int, fewest: int, samples: int) -> tuple[int, int]:
     while last - first < min(fewest, samples):
         first, last = max(first - 1, 0), min(last + 1, samples)
     return first, last
 
 
+def _taper(share: Array) -> Array:
+    """Return roots of the weights of samples at shares of half a window, 1 at its middle and 0 at its ends."""
+    return np.asarray(1.0 - share**2)
+
+
 def _even_and_odd(at: Array) -> Array:
-    """Return 1, |s|, s², sgn s, sgn s·√|s|, s and s·|s| of times s about a reversal, (S, 7)."""
+    """Return 1, s², sgn s, s, s·|s|, |s| and sgn s·√|s| of times s about a reversal, (S, 7)."""
     size, sign = np.abs(at), np.sign(at)
-    return np.stack([np.ones(len(at)), size, at**2, sign, sign * np.sqrt(size), at, at * size], axis=1)
+    return np.stack([np.ones(len(at)), at**2, sign, at, at * size, size, sign * np.sqrt(size)], axis=1)
 
 
-class _Local:
-    """Least squares over a window, cycle by cycle: one coefficient of each, and what all of them leave alike."""
+class LocalFit:
+    """Least squares over a window, cycle by cycle: the first coefficient, and a bound of the common residual."""
 
     def __init__(self, noise: float, worse: float, zero: float) -> None:
         self.level, self.worse, self.zero = noise, worse, zero
@@ -349,13 +387,12 @@ class _Local:
         self.left: list[Array] = []
         self.terms = 0
 
-    def add(self, at: Array, basis: Array, force: Array, wanted: tuple[int, float]) -> None:
-        """Take a cycle: places (S,), functions there (S, P), force (S,), and which coefficient times what is wanted."""
-        term, scale = wanted
+    def add(self, at: Array, basis: Array, force: Array) -> None:
+        """Take a cycle: places (S,), functions there (S, P) and force (S,)."""
         inverse = np.linalg.pinv(basis)
         coefficients = inverse @ force
-        self.values.append(scale * float(coefficients[term]))
-        self.noise.append((scale * self.level) ** 2 * float(inverse[term] @ inverse[term]))
+        self.values.append(float(coefficients[0]))
+        self.noise.append(self.level**2 * float(inverse[0] @ inverse[0]))
         self.at.append(at)
         self.left.append(force - basis @ coefficients)
         self.terms = basis.shape[1]
@@ -386,7 +423,7 @@ class _Local:
         within = (float(left @ left) - between) / freedom
         ratio = between / (places - self.terms) / within if within > 0.0 else np.inf
         chance = float(fdtrc(places - self.terms, freedom, ratio))
-        if chance > ALIKE or between <= ROUNDING * float(np.sum(np.concatenate(self.left) ** 2)):
+        if chance > COMMON_CHANCE or between <= COMMON_ROUNDING * float(np.sum(np.concatenate(self.left) ** 2)):
             return 0.0
         return self.worse * float(np.sqrt(between / samples))
 
@@ -411,8 +448,8 @@ def cycles_of(recording: Recording, segment: Segment, skew: float = 0.0) -> Cycl
     drive = smooth(recording, segment, ["displacement", "velocity"])
     begin = segment.start - drive.warm_up
     period = segment.samples / segment.cycles
-    if period < FEWEST_SAMPLES:
-        raise DataError(f"{period:.0f} samples a cycle; at least {FEWEST_SAMPLES} are needed")
+    if period < CYCLE_SAMPLES:
+        raise DataError(f"{period:.0f} samples a cycle; at least {CYCLE_SAMPLES} are needed")
     time = recording.dt * np.arange(begin, segment.stop, dtype=np.float64)
     stroke = np.ascontiguousarray(drive.values[0])
     motion = CubicHermiteSpline(time, stroke, drive.values[1])
@@ -447,7 +484,7 @@ def _cut(recording: Recording, reversals: Array, motion: CubicHermiteSpline, ske
         gains=gains,
         middles=middles,
         noise=white_part(window),
-        reach=min(ends, count * (0.5 + BEYOND)),
+        reach=min(ends, count * (0.5 + DRIFT_BEYOND)),
         dt=recording.dt,
     )
     zero = _zero_drift(found)
@@ -462,7 +499,7 @@ def _zero_drift(cycles: Cycles) -> float:
     """
     course = np.zeros(cycles.count)
     total = 0
-    bins = int(np.clip(cycles.per_cycle / 2.0, 4, BINS))
+    bins = int(np.clip(cycles.per_cycle / 2.0, 4, BRANCH_BINS))
     for up in (True, False):
         which, at, force = cycles.placed(up)
         bin_of = np.minimum((at * bins).astype(np.int64), bins - 1)
@@ -470,7 +507,7 @@ def _zero_drift(cycles: Cycles) -> float:
         course += np.bincount(which, force - means[bin_of], cycles.count)
         total += len(force)
     line = line_of(course * cycles.count / max(total, 1))
-    return line.slope.value if line is not None and line.chance < DRIFTS else 0.0
+    return line.slope.value if line is not None and line.chance < DRIFT_CHANCE else 0.0
 
 
 def _reversals(motion: CubicHermiteSpline, time: Array, stroke: Array) -> Array:

@@ -15,8 +15,8 @@ Source: effective stiffness and damping of isolators and dampers by whole cycles
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import Cycles
-from mrfit.measure.forces import Forces
+from mrfit.measure.cycles import FEWEST_AT_REVERSAL, Cycles
+from mrfit.measure.forces import Forces, few_at_reversal
 from mrfit.measure.intervals import PerCycle, of_values
 from mrfit.measure.quantity import Quantity, without
 
@@ -33,8 +33,11 @@ def quantities(cycles: Cycles, forces: Forces, sine: bool) -> list[Quantity]:
         return (signs[0] * above + signs[1] * below) / moved
 
     effective = cycles.estimate(stiffness, high, low, travel)
-    found.append(Quantity("K_eff", effective))
-    if effective.low > 0.0:
+    few = cycles.per_cycle < FEWEST_AT_REVERSAL
+    found.append(Quantity("K_eff", None, few_at_reversal(cycles)) if few else Quantity("K_eff", effective))
+    if few:
+        found += without(("xi_eff",), few_at_reversal(cycles))
+    elif effective.low > 0.0:
 
         def damping(done: Array, above: Array, below: Array, moved: Array) -> Array:
             return 2.0 / np.pi * done / (stiffness(above, below, moved) * moved**2)

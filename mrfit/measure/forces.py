@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import CENTRAL, GRID, Cycles
+from mrfit.measure.cycles import BRANCH_GRID, CENTRAL, FEWEST_AT_REVERSAL, Cycles
 from mrfit.measure.intervals import PerCycle
 from mrfit.measure.quantity import Quantity, without
 
-PLACES = np.linspace(0.0, 1.0, 41)
-"""Places of a branch among which the peak is looked for."""
+PEAK_PLACES = np.linspace(0.0, 1.0, 41)
+"""Shares of the central part of a branch among which the peak is looked for."""
 LOOKED_OVER = (0.2, 0.1, 0.05, CENTRAL / 2.0)
 """Halves of the windows, in shares of a branch, by which its place is found, the first that follow the loop."""
 
@@ -53,10 +53,17 @@ def quantities(cycles: Cycles, forces: Forces, rebound: bool = True) -> list[Qua
             ("Fmax-", forces.peaks[False]),
         )
     ]
+    if cycles.per_cycle < FEWEST_AT_REVERSAL:
+        found[2:4] = without(("Fd+", "Fd-"), few_at_reversal(cycles))
     least = forces.peaks[not rebound].values.mean()
     if least == 0.0:
         return [*found, *without(("ratio",), "no force in compression")]
     return [*found, Quantity("ratio", cycles.estimate(_ratio, forces.peaks[rebound], forces.peaks[not rebound]))]
+
+
+def few_at_reversal(cycles: Cycles) -> str:
+    """Return the reason for which forces at the reversals are not given."""
+    return f"{cycles.per_cycle:.0f} samples a cycle; {FEWEST_AT_REVERSAL} are needed for the force at a reversal"
 
 
 def _ratio(rebound: Array, compression: Array) -> Array:
@@ -65,9 +72,8 @@ def _ratio(rebound: Array, compression: Array) -> Array:
 
 def _central_half(cycles: Cycles, up: bool) -> float:
     """Return half of the window at mid-stroke as a share of the branch."""
-    moved = cycles.table[up][0]
-    inside = np.abs(moved - cycles.middle) <= CENTRAL * cycles.stroke
-    return float(np.ptp(GRID[inside])) / 2.0
+    inside = np.abs(cycles.moved(up, BRANCH_GRID)) <= CENTRAL * cycles.stroke
+    return float(np.ptp(BRANCH_GRID[inside])) / 2.0
 
 
 def _peak(cycles: Cycles, up: bool, central: float) -> PerCycle:
@@ -76,9 +82,9 @@ def _peak(cycles: Cycles, up: bool, central: float) -> PerCycle:
     Cycles of even number have the place of the odd ones, those of odd number that of the even ones: a place that is
     chosen by the noise of the same samples would have too high a force.
     """
-    moved = np.interp(PLACES, GRID, cycles.table[up][0])
-    inside = PLACES[np.abs(moved - cycles.middle) <= central * cycles.stroke / 2.0 + 1e-12]
-    inside = inside if len(inside) else np.array([cycles.places_of(up, cycles.middle)])
+    half = central * cycles.stroke / 2.0
+    first, last = sorted(cycles.places_of(up, cycles.middle + end) for end in (-half, half))
+    inside = first + (last - first) * PEAK_PLACES
     folds = [slice(0, None, 2), slice(1, None, 2)] if cycles.count > 1 else [slice(None)]
     places = [_place(cycles, up, inside, fold) for fold in folds]
     values, noise, shared = np.empty(cycles.count), np.empty(cycles.count), 0.0

@@ -18,17 +18,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import fdtri, stdtr, stdtrit
+from scipy.stats import linregress
 
 from mrfit.core.specs import Array
 
 CONFIDENCE = 0.95
-FEW = 6
+FEW_CYCLES = 6
 """Cycles below which the noise of the channels counts beside the scatter."""
 NOISE_FREEDOM = 24
 """Degrees of freedom of a noise level, of which a few hundred samples and a doubt about its colour leave so many."""
-DRIFTS = 0.05
+DRIFT_CHANCE = 0.05
 """Chance below which a slope over the cycles is a drift."""
-EXCEEDS = 0.05
+SCATTER_CHANCE = 0.05
 """Chance below which the scatter of few cycles is more than noise."""
 QUANTILE_HALVINGS = 30
 
@@ -38,7 +39,7 @@ Function = Callable[..., Array]
 
 @dataclass(frozen=True)
 class PerCycle:
-    """What the cycles give.
+    """Values of a quantity, one a cycle, with bounds of their errors.
 
     Attributes
     ----------
@@ -63,7 +64,7 @@ class PerCycle:
 
 
 @dataclass(frozen=True)
-class Interval:
+class ConfidenceInterval:
     """A number with its 95 % interval, each in the number's unit."""
 
     value: float
@@ -97,7 +98,7 @@ class Estimate:
     freedom: float
     cycles: Array
     noise: float
-    slope: Interval | None
+    slope: ConfidenceInterval | None
     drift: float
 
     @property
@@ -149,18 +150,18 @@ def estimate(function: Function, *inputs: PerCycle, reach: float = 0.0) -> Estim
     others = [(count * mean - one.values) / (count - 1) for mean, one in zip(means, inputs, strict=True)]
     pseudo = count * whole - (count - 1) * np.asarray(function(*others))
     line = line_of(pseudo)
-    drifts = line is not None and line.chance < DRIFTS and count >= FEW
+    drifts = line is not None and line.chance < DRIFT_CHANCE and count >= FEW_CYCLES
     scatter, freedom = float(np.var(pseudo, ddof=1)), float(count - 1)
     if drifts and line:
         scatter, freedom = line.variance, float(count - 2)
         bound += abs(line.slope.value) * max(reach, (count - 1) / 2.0)
-    if count < FEW:
+    if count < FEW_CYCLES:
         scatter, freedom = _pooled(scatter, freedom, noise)
     half = _half_interval(float(np.sqrt(scatter / count)), freedom, bound)
     number = np.arange(count) - (count - 1) / 2.0
     each = np.asarray(function(*(one.values + one.zero * number for one in inputs)), dtype=np.float64)
     course = line_of(pseudo + each - own)
-    drifts = course is not None and course.chance < DRIFTS and count >= FEW
+    drifts = course is not None and course.chance < DRIFT_CHANCE and count >= FEW_CYCLES
     return Estimate(
         whole,
         whole - half,
@@ -217,7 +218,7 @@ def _half_change(function: Function, means: Sequence[Array], moves: Sequence[flo
 
 def _pooled(scatter: float, freedom: float, noise: float) -> tuple[float, float]:
     """Return the variance of few cycles with the channels' noise, unless it is more than that noise."""
-    if not noise > 0.0 or scatter > noise * float(fdtri(freedom, NOISE_FREEDOM, 1.0 - EXCEEDS)):
+    if not noise > 0.0 or scatter > noise * float(fdtri(freedom, NOISE_FREEDOM, 1.0 - SCATTER_CHANCE)):
         return scatter, freedom
     together = freedom + NOISE_FREEDOM
     return (freedom * scatter + NOISE_FREEDOM * noise) / together, together
@@ -227,7 +228,7 @@ def _pooled(scatter: float, freedom: float, noise: float) -> tuple[float, float]
 class Line:
     """A line through values over their number: its slope, the variance about it, and the chance of such a slope."""
 
-    slope: Interval
+    slope: ConfidenceInterval
     variance: float
     chance: float
 
@@ -237,11 +238,13 @@ def line_of(values: Array) -> Line | None:
     count = len(values)
     if count < 3:
         return None
-    at = np.arange(count) - (count - 1) / 2.0
-    power = float(at @ at)
-    slope = float(at @ values) / power
-    variance = float(np.sum((values - values.mean() - slope * at) ** 2)) / (count - 2)
-    error = float(np.sqrt(variance / power))
+    line = linregress(np.arange(count), values)
+    slope, error = float(line.slope), float(line.stderr)
+    variance = error**2 * (count**3 - count) / 12.0
     half = float(stdtrit(count - 2, 0.5 + CONFIDENCE / 2.0)) * error
-    chance = 2.0 * float(stdtr(count - 2, -abs(slope) / error)) if error > 0.0 else float(slope == 0.0)
-    return Line(Interval(slope, slope - half, slope + half), variance, chance)
+    return Line(ConfidenceInterval(slope, slope - half, slope + half), variance, float(line.pvalue))
+
+
+def known(value: float, low: float, high: float, freedom: float = 0.0) -> Estimate:
+    """Return an estimate whose interval is known, of no single cycles."""
+    return Estimate(value, low, high, freedom, np.array([value]), float("nan"), None, 0.0)

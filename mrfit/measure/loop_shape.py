@@ -13,18 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import GRID, Cycles, Window
+from mrfit.measure.cycles import BRANCH_GRID, WORSE, Cycles, LocalFit, Window
 from mrfit.measure.forces import Forces
 from mrfit.measure.intervals import PerCycle, estimate
 from mrfit.measure.quantity import Quantity, without
 
-NEAR, FAR = 0.05, 0.35
+FLANK_NEAR, FLANK_FAR = 0.05, 0.35
 """Shares of the peak force between which a flank is a line."""
-SMOOTH, RIPPLED = 0.12, 0.03
+SMOOTH_WINDOW, RIPPLE_WINDOW = 0.16, 0.03
 """Half of the windows, in shares of a branch, of the smooth loop and of the loop with its ripple."""
-GROUPS = 4
+CYCLE_GROUPS = 4
 """Groups of cycles by whose scatter the interval of the free travel is found."""
-LOOKED_AT = np.linspace(0.22, 0.78, 57)
+RIPPLE_PLACES = np.linspace(0.22, 0.78, 57)
 """Places of a branch at which a ripple is looked for."""
 
 
@@ -48,14 +48,14 @@ def _width(cycles: Cycles, name: str, up: bool, speed: float) -> list[Quantity]:
     top = int(np.argmax(course))
     if not 0.0 < speed < course[top]:
         return without((name,), f"the speed does not reach {speed:.4g} m/s")
-    rises = float(np.interp(speed, course[: top + 1], GRID[: top + 1]))
-    falls = float(np.interp(-speed, -course[top:], GRID[top:]))
+    rises = float(np.interp(speed, course[: top + 1], BRANCH_GRID[: top + 1]))
+    falls = float(np.interp(-speed, -course[top:], BRANCH_GRID[top:]))
     return [Quantity(name, cycles.estimate(lambda x: x, _difference(cycles.at(up, rises), cycles.at(up, falls))))]
 
 
 @dataclass(frozen=True)
 class _Turn:
-    """Force about a reversal, of all cycles, in the direction in which it changes there; from half a branch before it.
+    """Mean force about a reversal, with the sign with which it rises there, from half a branch before it.
 
     ``at`` is the place (B,), below 0 before the reversal, ``way`` the travel in m since it, ``force`` over the peak.
     """
@@ -64,16 +64,22 @@ class _Turn:
     way: Array
     force: Array
 
+    @property
+    def crossing(self) -> int | None:
+        """Last point below zero force, that nearest to the reversal; None where the force does not change its sign."""
+        rise = np.flatnonzero((self.force[:-1] < 0.0) & (self.force[1:] >= 0.0))
+        return int(rise[np.argmin(np.abs(self.at[rise]))]) if len(rise) else None
 
-def _turn(cycles: Cycles, forces: Forces, up: bool, every: slice) -> _Turn:
-    """Return the force about the least displacement (``up``) or the greatest, less its mean at mid-stroke."""
-    peak = (forces.peaks[True].values.mean() - forces.peaks[False].values.mean()) / 2.0
-    level = (forces.at_middle[True].values.mean() + forces.at_middle[False].values.mean()) / 2.0
+
+NO_CROSSING = "the force does not change its sign about a reversal"
+
+
+def _turn(cycles: Cycles, up: bool, level: float, peak: float, every: slice = slice(None)) -> _Turn:
+    """Return the force, less a level and over a peak, about the least displacement (``up``) or the greatest."""
     before, after = cycles.pooled(not up, every), cycles.pooled(up, every)
-    end = cycles.table[up][0][0]
+    end = cycles.moved(up, np.zeros(1))
+    way = [-np.abs(cycles.moved(not up, before.at) - end), np.abs(cycles.moved(up, after.at) - end)]
     at = np.concatenate([before.at - 1.0, after.at])
-    way = [-np.abs(np.interp(before.at, GRID, cycles.table[not up][0]) - end)]
-    way.append(np.abs(np.interp(after.at, GRID, cycles.table[up][0]) - end))
     force = (1.0 if up else -1.0) * (np.concatenate([before.force, after.force]) - level) / peak
     near = np.abs(at) <= 0.5
     return _Turn(at[near], np.concatenate(way)[near], force[near])
@@ -83,15 +89,10 @@ def _velocity_width(cycles: Cycles) -> Quantity:
     """Return the width over velocity at zero force: by the place where the force crosses zero after each reversal."""
     crossings = []
     for up in (True, False):
-        before, after = cycles.pooled(not up), cycles.pooled(up)
-        at = np.concatenate([before.at - 1.0, after.at])
-        force = (1.0 if up else -1.0) * np.concatenate([before.force, after.force])
-        near = np.abs(at) <= 0.5
-        at, force = at[near], force[near]
-        rise = np.flatnonzero((force[:-1] < 0.0) & (force[1:] >= 0.0))
-        if not len(rise):
-            return Quantity("width v", None, "the force does not change its sign about a reversal")
-        k = int(rise[np.argmin(np.abs(at[rise]))])
+        turn = _turn(cycles, up, 0.0, 1.0)
+        at, force, k = turn.at, turn.force, turn.crossing
+        if k is None:
+            return Quantity("width v", None, NO_CROSSING)
         place = float(at[k] - force[k] * (at[k + 1] - at[k]) / (force[k + 1] - force[k]))
         jumps = at[k] < 0.0 <= at[k + 1] and _jumps(cycles, up)
         crossings.append(_at_rest(cycles, up) if jumps else _velocities(cycles, up, place))
@@ -106,81 +107,81 @@ def _jumps(cycles: Cycles, up: bool) -> bool:
 
 def _at_rest(cycles: Cycles, up: bool) -> PerCycle:
     """Return no velocity, which is known to half of what it changes between two samples."""
-    step = float(np.interp(2.0 / cycles.per_cycle, GRID, np.abs(cycles.table[up][1])))
+    step = float(np.interp(2.0 / cycles.per_cycle, BRANCH_GRID, np.abs(cycles.table[up][1])))
     return PerCycle(np.zeros(cycles.count), np.zeros(cycles.count), step / 2.0)
 
 
 def _velocities(cycles: Cycles, up: bool, place: float) -> PerCycle:
     """Return the velocity in m/s at which the force of every cycle is zero, near a place (below 0 before it).
 
-    There the force is taken as a line over the velocity, through the reversal.
+    There the force is taken as a parabola over the velocity, through the reversal.
     """
     half = max(0.02, 3.0 * 2.0 / cycles.per_cycle)
-    levels, slopes, noise = (np.empty(cycles.count) for _ in range(3))
-    branches = [(own, *cycles.branch_times(own), cycles.samples(own)) for own in (not up, up)]
-    for k in range(cycles.count):
-        speeds, forces = [], []
-        for (own, begin, end, samples), zero in zip(branches, (1.0, 0.0), strict=True):
-            at = (cycles.time[samples[k]] - begin[k]) / (end[k] - begin[k])
-            near = np.abs(at - zero - place) <= half
-            speeds.append(np.interp(at[near], GRID, cycles.table[own][1]))
-            forces.append(cycles.force[samples[k]][near])
-        speed, force = np.concatenate(speeds), np.concatenate(forces)
-        weights = np.linalg.pinv(np.stack([np.ones(len(speed)), speed], axis=1))
-        levels[k], slopes[k] = weights @ force
-        middle = weights[0] + weights[1] * float(speed.mean())
-        noise[k] = cycles.noise**2 * float(middle @ middle)
-    steep = float(slopes.mean())
-    return PerCycle(-levels / slopes * cycles.gains.values, noise / steep**2)
+    here = cycles.velocity(not up if place < 0.0 else up, np.array([place + (place < 0.0)]))
+    local, rows = LocalFit(cycles.noise, WORSE, cycles.zero), []
+    for at, force in cycles.about_reversal(not up):
+        near = np.abs(at - place) <= half
+        speeds = np.where(at < 0.0, cycles.velocity(not up, at + 1.0), cycles.velocity(up, at))[near] - here
+        rows.append((np.stack([np.ones(len(speeds)), speeds, speeds**2], axis=1), force[near]))
+        local.add(at[near], *rows[-1])
+    slope, level = float(cycles.regression(rows)[1].values.mean()), local.found
+    speeds = (here - level.values / slope) * cycles.gains.values
+    return PerCycle(speeds, level.noise / slope**2, level.shared / abs(slope), -level.zero / slope)
 
 
 def _free_travel(cycles: Cycles, forces: Forces) -> Quantity:
     """Return the travel after a reversal between the flanks' lines at zero force, mean of both reversals."""
-    groups = min(cycles.count, GROUPS)
+    groups = min(cycles.count, CYCLE_GROUPS)
+    peak = (forces.peaks[True].values.mean() - forces.peaks[False].values.mean()) / 2.0
+    level = (forces.at_middle[True].values.mean() + forces.at_middle[False].values.mean()) / 2.0
     widths, step = np.zeros(groups), 0.0
     for group in range(groups):
         for up in (True, False):
-            turn = _turn(cycles, forces, up, slice(group, None, groups))
-            rise = np.flatnonzero((turn.force[:-1] < 0.0) & (turn.force[1:] >= 0.0))
-            if not len(rise):
-                return Quantity("free travel", None, "the force does not change its sign about a reversal")
-            k = int(rise[np.argmin(np.abs(turn.at[rise]))])
-            widths[group] += _between_flanks(turn, k) / 2.0
-            # where the force jumps, only the samples before and after are known
-            step = max(step, float(turn.way[k + 1] - turn.way[k]))
+            turn = _turn(cycles, up, level, peak, slice(group, None, groups))
+            if turn.crossing is None:
+                return Quantity("free travel", None, NO_CROSSING)
+            travel, between = _between_flanks(turn, turn.crossing)
+            widths[group] += travel / 2.0
+            step = max(step, between)
     found = PerCycle(widths * cycles.gain, np.zeros(groups), step)
     return Quantity("free travel", estimate(lambda x: x, found))
 
 
-def _between_flanks(turn: _Turn, crossing: int) -> float:
-    """Return the travel in m between the lines of the flanks below and above zero force, where these meet it."""
+def _between_flanks(turn: _Turn, crossing: int) -> tuple[float, float]:
+    """Return the travel in m between the zeros of the flanks' lines, and the travel between points that bounds it."""
     force, way = turn.force, turn.way
     last, first = crossing, crossing + 1
-    while last > 0 and force[last] > -NEAR:
+    while last > 0 and force[last] > -FLANK_NEAR:
         last -= 1
-    while first < len(force) - 1 and force[first] < NEAR:
+    while first < len(force) - 1 and force[first] < FLANK_NEAR:
         first += 1
     begin, end = last, first
-    while begin > 0 and -FAR <= force[begin - 1] <= force[last]:
+    while begin > 0 and -FLANK_FAR <= force[begin - 1] <= force[last]:
         begin -= 1
-    while end < len(force) - 1 and force[first] <= force[end + 1] <= FAR:
+    while end < len(force) - 1 and force[first] <= force[end + 1] <= FLANK_FAR:
         end += 1
     one = _zero_of(way[begin : last + 1], force[begin : last + 1])
     other = _zero_of(way[first : end + 1], force[first : end + 1])
-    return max(other - one, 0.0) if first - last > 1 else 0.0
+    # a jump lies anywhere between the points before and after it
+    between = float(np.max(np.diff(way)[[last, first - 1]]))
+    return (max(other - one, 0.0) if first - last > 1 else 0.0), between
 
 
 def _zero_of(way: Array, force: Array) -> float:
-    """Return where the line of a flank meets zero force; its end where it is too steep to have a line."""
-    if len(way) < 3 or np.ptp(force) < NEAR:
+    """Return the place at which the line of a flank meets zero force; its end where it is too steep for a line."""
+    if len(way) < 3 or np.ptp(force) < FLANK_NEAR:
         return float(way[np.argmin(np.abs(force))])
     return float(np.polyfit(force, way, 1)[1])
 
 
 def _ripple(cycles: Cycles, forces: Forces) -> Quantity:
     step = 2.0 / cycles.per_cycle
-    if FEW * step > RIPPLED:
-        return Quantity("ripple", None, f"{cycles.per_cycle:.0f} samples a cycle; {2.0 * FEW / RIPPLED:.0f} are needed")
+    if RIPPLE_SAMPLES * step > RIPPLE_WINDOW:
+        return Quantity(
+            "ripple",
+            None,
+            f"{cycles.per_cycle:.0f} samples a cycle; {2.0 * RIPPLE_SAMPLES / RIPPLE_WINDOW:.0f} are needed",
+        )
     if cycles.count < 2:
         return Quantity("ripple", None, "one cycle; two are needed to tell a ripple from noise")
     peak = (forces.peaks[True].values.mean() - forces.peaks[False].values.mean()) / 2.0
@@ -188,14 +189,13 @@ def _ripple(cycles: Cycles, forces: Forces) -> Quantity:
     values, noise = np.empty(cycles.count), np.empty(cycles.count)
     for chosen, other in (folds, folds[::-1]):
         up, place, sign = _largest(cycles, other)
-        narrow = cycles.at(up, place, RIPPLED)
-        smooth = cycles.fitted(up, place, _smooth(place))
+        narrow, smooth = (cycles.fitted(up, place, window) for window in _windows(cycles, place))
         values[chosen] = sign * (narrow.values - smooth.values)[chosen] / peak
         noise[chosen] = (narrow.noise + smooth.noise)[chosen] / peak**2
     return Quantity("ripple", cycles.estimate(lambda x: x, PerCycle(values, noise)))
 
 
-FEW = 1.5
+RIPPLE_SAMPLES = 1.5
 """Samples that the narrow window of a ripple reaches to either side at least."""
 
 
@@ -205,17 +205,17 @@ def _largest(cycles: Cycles, every: slice) -> tuple[bool, float, float]:
     largest = -1.0
     for up in (True, False):
         curve = cycles.pooled(up, every)
-        narrow, smooth = (curve.values(LOOKED_AT, [window(p) for p in LOOKED_AT]) for window in (_narrow, _smooth))
+        windows = zip(*(_windows(cycles, p) for p in RIPPLE_PLACES), strict=True)
+        narrow, smooth = (curve.values(RIPPLE_PLACES, own) for own in windows)
         k = int(np.argmax(np.abs(narrow - smooth)))
         departure = float(narrow[k] - smooth[k])
         if abs(departure) > largest:
-            largest, best = abs(departure), (up, float(LOOKED_AT[k]), float(np.sign(departure)) or 1.0)
+            largest, best = abs(departure), (up, float(RIPPLE_PLACES[k]), float(np.sign(departure)) or 1.0)
     return best
 
 
-def _narrow(place: float) -> Window:
-    return Window((place - RIPPLED, place + RIPPLED), 2)
-
-
-def _smooth(place: float) -> Window:
-    return Window((place - SMOOTH, place + SMOOTH), 4)
+def _windows(cycles: Cycles, place: float) -> tuple[Window, Window]:
+    """Return the windows about a place that show a ripple and that smooth it."""
+    half = float(np.clip(2.0 * RIPPLE_SAMPLES * 2.0 / cycles.per_cycle, RIPPLE_WINDOW / 3.0, RIPPLE_WINDOW))
+    ends = [(place - reach, place + reach) for reach in (half, SMOOTH_WINDOW)]
+    return Window(ends[0], 2), Window(ends[1], 4, tapered=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from mrfit.measure.intervals import Estimate
 
-NAMES: Mapping[str, tuple[str, str]] = {
+SHEET_QUANTITIES: Mapping[str, tuple[str, str]] = {
     "F0+": ("N", "force at mid-stroke, positive velocity"),
     "F0-": ("N", "force at mid-stroke, negative velocity"),
     "Fd+": ("N", "force at the greatest displacement"),
@@ -61,7 +61,7 @@ class Quantity:
     Attributes
     ----------
     name
-        A key of ``NAMES``.
+        A key of ``SHEET_QUANTITIES``.
     estimate
         Value with interval, SI.
     reason

@@ -12,22 +12,26 @@ Source: preyield paper Fig. 2, a quasi-static test of the damper without current
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.measure.usable import unusable
+from mrfit.signal.cycles import turning_points
 
 # Share of the stroke, about its middle, that is looked at
-MIDDLE = 0.6
+MIDDLE_PART = 0.6
 # Places along it
-PLACES = 41
+STROKE_PLACES = 41
+# Share of the stroke below which a swing is no way
+WAY_SWING = 0.2
 # Share of the stroke that a way has to cover to count
-WHOLE = 0.8
+WAY_PART = 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
 class QuasiStatic:
-    """What one slow record shows.
+    """Stiffness, friction and loss of one slow record.
 
     Attributes
     ----------
@@ -73,9 +77,9 @@ def quasi_static(name: str, stroke: Array, force: Array, dt: float) -> QuasiStat
             raise DataError(f"{name}: {reason}")
     low, high = float(stroke.min()), float(stroke.max())
     middle, span = 0.5 * (low + high), high - low
-    turns = _turns(stroke, span)
-    places = middle + MIDDLE * 0.5 * span * np.linspace(-1.0, 1.0, PLACES)
-    ways = [(a, b) for a, b in zip(turns[:-1], turns[1:], strict=True) if abs(stroke[b] - stroke[a]) >= WHOLE * span]
+    turns = turning_points(stroke, WAY_SWING * span).tolist()
+    places = middle + MIDDLE_PART * 0.5 * span * np.linspace(-1.0, 1.0, STROKE_PLACES)
+    ways = [(a, b) for a, b in zip(turns[:-1], turns[1:], strict=True) if abs(stroke[b] - stroke[a]) >= WAY_PART * span]
     up: list[Array] = []
     down: list[Array] = []
     for a, b in ways:
@@ -83,13 +87,14 @@ def quasi_static(name: str, stroke: Array, force: Array, dt: float) -> QuasiStat
         order = np.argsort(x, kind="stable")
         (up if x[-1] > x[0] else down).append(_along(x[order], f[order], places))
     if not up or not down:
-        raise DataError(f"{name}: no stroke there and back over {100 * WHOLE:.0f} % of its range; give a slow cycle")
+        raise DataError(f"{name}: no stroke there and back over {100 * WAY_PART:.0f} % of its range; give a slow cycle")
     there, back = np.mean(up, axis=0), np.mean(down, axis=0)
     slope, level = np.polyfit(places - middle, 0.5 * (there + back), 1)
     spread = max(float(np.abs(np.array(w) - np.mean(w, axis=0)).max()) for w in (up, down))
     cycles = [(a, c) for (a, b), (other, c) in zip(ways[:-1], ways[1:], strict=True) if b == other]
     losses = [float(np.trapezoid(force[a : c + 1], stroke[a : c + 1])) for a, c in cycles]
-    speed = np.gradient(_smooth(stroke, max(3, len(stroke) // 400)), dt)
+    width = max(3, len(stroke) // 400)
+    speed = np.gradient(uniform_filter1d(stroke, width, mode="nearest"), dt)
     return QuasiStatic(
         recording=name,
         stiffness=float(slope),
@@ -100,20 +105,6 @@ def quasi_static(name: str, stroke: Array, force: Array, dt: float) -> QuasiStat
         ways=len(up) + len(down),
         spread=spread,
     )
-
-
-def _turns(x: Array, span: float) -> list[int]:
-    """Return the samples at which a stroke turns, those of noise passed over, its first and last sample among them."""
-    reach, found, extreme, rising = 0.2 * span, [0], 0, True
-    for j in range(1, len(x)):
-        ahead = x[j] - x[extreme]
-        if (ahead > 0.0) == rising and ahead != 0.0:
-            extreme = j
-        elif abs(ahead) > reach:
-            if extreme != found[-1]:
-                found.append(extreme)
-            extreme, rising = j, not rising
-    return [*found, *([extreme] if extreme != found[-1] else [])]
 
 
 def _along(x: Array, force: Array, places: Array) -> Array:
@@ -128,7 +119,3 @@ def _along(x: Array, force: Array, places: Array) -> Array:
     # the samples of a place lie about it: carried there by the way's own slope
     slope = np.polyfit(x, force, 1)[0]
     return np.asarray(np.bincount(which, force - slope * (x - places[which]), len(places)) / counts)
-
-
-def _smooth(x: Array, width: int) -> Array:
-    return np.convolve(np.pad(x, width // 2, mode="edge"), np.ones(width) / width, mode="valid")[: len(x)]

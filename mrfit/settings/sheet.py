@@ -10,7 +10,7 @@ from mrfit.settings.forms import PATH, TEXTS
 
 @dataclass(frozen=True)
 class Settings:
-    """How a test sheet is computed.
+    """Settings of a test sheet.
 
     Attributes
     ----------

@@ -10,10 +10,10 @@ from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.io.schemas.sheet import ChangeRow, SheetCondition, SheetFile, StandsOut, UnitRow
 from mrfit.io.workspace import plain
-from mrfit.measure.quantity import NAMES
+from mrfit.measure.quantity import SHEET_QUANTITIES
 from mrfit.settings.sheet import Settings
 from mrfit.sheet.limits import LimitsFile, batch_verdicts, read_limits, verdict_of, verdicts
-from mrfit.sheet.measured import Course, Loop, Measured, measured, unit_of
+from mrfit.sheet.measured import CycleCourse, MeanLoop, Measurements, measured, unit_of
 
 AGAINST = "\0"
 """Unit of the logs that are compared with, which no path names."""
@@ -23,13 +23,13 @@ LEAST_Z, TO_SIGMA = 3.5, 1.4826
 
 
 @dataclass(frozen=True)
-class Sheet:
+class SheetContent:
     """A sheet, and what its pages draw: mean loops, history of cycles, and the loops it is compared with."""
 
     file: SheetFile
-    loops: list[Loop]
-    courses: list[Course]
-    against: list[Loop]
+    loops: list[MeanLoop]
+    courses: list[CycleCourse]
+    against: list[MeanLoop]
 
 
 def sheet_of(
@@ -37,7 +37,7 @@ def sheet_of(
     settings: Settings,
     against: Sequence[Recording] = (),
     progress: Progress = silent,
-) -> Sheet:
+) -> SheetContent:
     """Return the sheet of recordings.
 
     Parameters
@@ -87,10 +87,10 @@ def sheet_of(
         unmatched=unmatched,
         left_out=[text for _, text in found.left_out + compared.left_out],
     )
-    return Sheet(file, found.loops, found.courses, compared.loops)
+    return SheetContent(file, found.loops, found.courses, compared.loops)
 
 
-def _unit(name: str, found: Measured, limits: LimitsFile | None, about: Mapping[str, str]) -> UnitRow:
+def _unit(name: str, found: Measurements, limits: LimitsFile | None, about: Mapping[str, str]) -> UnitRow:
     rows = [row for row in found.rows if row.unit == name]
     across = list(found.across.get(name, []))
     judged = verdicts(limits, name, rows, across) if limits else []
@@ -139,7 +139,7 @@ def _changes(rows: Sequence[SheetCondition], others: Sequence[SheetCondition]) -
         theirs = {q.name: q for q in other.quantities} if other else {}
         for one in row.quantities:
             beside = theirs.get(one.name)
-            if beside is None or one.value is None or beside.value is None or one.name not in NAMES:
+            if beside is None or one.value is None or beside.value is None or one.name not in SHEET_QUANTITIES:
                 continue
             widths = [(q.high - q.low) / 2.0 for q in (one, beside) if q.low is not None and q.high is not None]
             half = float(np.hypot(widths[0], widths[1])) if len(widths) == 2 else None

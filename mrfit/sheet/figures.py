@@ -10,15 +10,15 @@ from mrfit.io.schemas.sheet import SheetCondition, UnitRow, VerdictRow
 from mrfit.report.curves import prefixed, simplified
 from mrfit.report.figures import PALETTE, QUIET
 from mrfit.report.numbers import natural
-from mrfit.sheet.measured import Course, Loop
+from mrfit.sheet.measured import CycleCourse, MeanLoop
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLOUR_MAP, LIGHTEST = "viridis", 0.82
-NAMED = 8
+COLOUR_MAP, LIGHTEST_SHADE = "viridis", 0.82
+LOOPS_NAMED = 8
 """Curves of a figure that a legend names one by one."""
-LIMIT = "#c2410c"
+LIMIT_COLOUR = "#c2410c"
 
 
 def colours_of(currents: Sequence[float]) -> Callable[[float], str]:
@@ -29,7 +29,7 @@ def colours_of(currents: Sequence[float]) -> Callable[[float], str]:
     import matplotlib
     from matplotlib.colors import to_hex
 
-    shades = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, LIGHTEST, len(known)))
+    shades = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, LIGHTEST_SHADE, len(known)))
     table = {level: to_hex(shade) for level, shade in zip(known, shades, strict=True)}
     return lambda current: table.get(round(current, 2), QUIET)
 
@@ -39,7 +39,7 @@ def scale_of(values: Sequence[Array], unit: str) -> tuple[float, str]:
     return prefixed(max((float(np.max(np.abs(v), initial=0.0)) for v in values), default=0.0), unit)
 
 
-def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], over: str) -> None:
+def draw_loops(axes: "Axes", loops: Sequence[MeanLoop], against: Sequence[MeanLoop], over: str) -> None:
     """Draw force over ``displacement`` or ``velocity`` of all conditions, those compared with as dashed lines."""
     everything = [*loops, *against]
     across, unit = scale_of([getattr(one, over) for one in everything], "m" if over == "displacement" else "m/s")
@@ -51,13 +51,13 @@ def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], ove
         x, y = across * getattr(one, over), up * one.force
         kept = simplified(x, y)
         label = f"{one.current:.3g} A" if by_current else one.condition
-        shown = label not in named and number < len(loops) and (by_current or len(loops) <= NAMED)
+        shown = label not in named and number < len(loops) and (by_current or len(loops) <= LOOPS_NAMED)
         named.add(label)
         axes.plot(
             x[kept],
             y[kept],
             color=colour(one.current)
-            if by_current or len(loops) > NAMED
+            if by_current or len(loops) > LOOPS_NAMED
             else PALETTE[number % len(loops) % len(PALETTE)],
             lw=0.9 if number < len(loops) else 0.7,
             ls="-" if number < len(loops) else (0, (4, 2)),
@@ -98,7 +98,7 @@ def draw_peaks(axes: "Axes", conditions: Sequence[SheetCondition]) -> None:
             axes.errorbar(
                 x, up * y, up * half, marker=mark, ms=3.2, lw=0.8, capsize=1.5,
                 color=PALETTE[0] if level is None else colour(level),
-                ls="-" if name == "Fmax+" else (0, (3, 2)), label=label if len(set(levels)) <= NAMED // 2 else None,
+                ls="-" if name == "Fmax+" else (0, (3, 2)), label=label if len(set(levels)) <= LOOPS_NAMED // 2 else None,
             )  # fmt: skip
     axes.set(xlabel=f"Peak velocity ({unit})", ylabel=f"Peak force ({force})")
     axes.set_xlim(left=0.0)
@@ -107,7 +107,7 @@ def draw_peaks(axes: "Axes", conditions: Sequence[SheetCondition]) -> None:
         axes.legend(fontsize=7, loc="best", handlelength=1.8, labelspacing=0.25)
 
 
-def draw_history(axes: "Axes", courses: Sequence[Course]) -> str:
+def draw_history(axes: "Axes", courses: Sequence[CycleCourse]) -> str:
     """Draw the peak force of every cycle over that of the first, over the temperature where it moves, else the number.
 
     Return the words of the horizontal axis.
@@ -118,9 +118,9 @@ def draw_history(axes: "Axes", courses: Sequence[Course]) -> str:
         mean = float(np.mean(one.force)) or 1.0
         axes.plot(
             x, 100.0 * (one.force / mean - 1.0), marker=".", ms=2.5, lw=0.6, color=PALETTE[number % len(PALETTE)],
-            label=one.condition if len(courses) <= NAMED else None,
+            label=one.condition if len(courses) <= LOOPS_NAMED else None,
         )  # fmt: skip
-    if 1 < len(courses) <= NAMED:
+    if 1 < len(courses) <= LOOPS_NAMED:
         axes.legend(fontsize=6, loc="best", handlelength=1.0, labelspacing=0.2)
     words = "Temperature (°C)" if warm else "Cycle"
     axes.set(xlabel=words, ylabel="Peak force off the mean (%)")
@@ -139,7 +139,7 @@ def draw_distribution(axes: "Axes", units: Sequence[UnitRow], wanted: VerdictRow
     values = np.array([[v.value, v.low, v.high] for v in rows], dtype=np.float64)
     up, text = scale_of([values], wanted.si_unit)
     at = np.arange(1, len(rows) + 1)
-    for said, colour in (("pass", PALETTE[0]), ("cannot be judged", QUIET), ("fail", LIMIT)):
+    for said, colour in (("pass", PALETTE[0]), ("cannot be judged", QUIET), ("fail", LIMIT_COLOUR)):
         own = np.array([v.verdict == said for v in rows], dtype=bool)
         if own.any():
             y = up * values[own]
@@ -149,7 +149,7 @@ def draw_distribution(axes: "Axes", units: Sequence[UnitRow], wanted: VerdictRow
             )  # fmt: skip
     for end in (wanted.least, wanted.most):
         if end is not None:
-            axes.axhline(up * end, color=LIMIT, lw=0.8, ls=(0, (4, 2)))
+            axes.axhline(up * end, color=LIMIT_COLOUR, lw=0.8, ls=(0, (4, 2)))
     axes.set(xlabel="Unit", ylabel=f"{wanted.quantity} ({text})" if text else wanted.quantity)
     axes.set_title(f"{wanted.quantity}, {wanted.condition}")
     axes.legend(fontsize=7, loc="best")

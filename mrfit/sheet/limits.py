@@ -9,6 +9,7 @@ Source: decision rules with a guard band, JCGM 106:2012, clauses 8.3.2 and 8.3.3
 import fnmatch
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -19,14 +20,16 @@ from scipy.stats import norm
 from mrfit.errors import ConfigError, near
 from mrfit.ingest.meaning.units import compatible, known, to_unit
 from mrfit.io.faults import plain_fault
-from mrfit.io.schemas.sheet import FAIL, OPEN, PASS, AcrossRow, QuantityRow, SheetCondition, VerdictRow
-from mrfit.measure.quantity import NAMES
+from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, QuantityRow, SheetCondition, VerdictRow
+from mrfit.measure.quantity import SHEET_QUANTITIES
 
 Tolerance = float | str
+Place = tuple[str, str, str]
+"""Level, unit and condition of a verdict."""
 PERCENT = re.compile(r"\s*(\d+(?:\.\d+)?)\s*%\s*")
 SIGNED = ("F0-", "Fd-", "Fmax-")
 """Quantities of negative direction, whose target may be written as a magnitude."""
-WRONG = 0.025
+WRONG_VERDICT = 0.025
 """Chance of a wrong verdict at a limit."""
 
 
@@ -97,15 +100,17 @@ def read_limits(path: Path) -> LimitsFile:
 def quantity_named(text: str) -> str | None:
     """Return the name of a quantity, whatever the case of its letters and the kind of its minus sign; None if none."""
     wanted = text.replace("−", "-").strip().lower()
-    return next((name for name in NAMES if name.lower() == wanted), None)
+    return next((name for name in SHEET_QUANTITIES if name.lower() == wanted), None)
 
 
 def _in_si(one: Limit, where: str) -> Limit:
     name = quantity_named(one.quantity)
     if name is None:
-        raise ConfigError(f"{where}: there is no quantity '{one.quantity}'{near(one.quantity, NAMES)}; there are "
-                          f"{', '.join(NAMES)}")  # fmt: skip
-    where, unit = f"{where}, {name}", NAMES[name][0] or "1"
+        meant = near(one.quantity, SHEET_QUANTITIES)
+        raise ConfigError(
+            f"{where}: there is no quantity '{one.quantity}'{meant}; there are {', '.join(SHEET_QUANTITIES)}"
+        )
+    where, unit = f"{where}, {name}", SHEET_QUANTITIES[name][0] or "1"
     scale = 1.0
     if one.unit and one.unit != unit:
         if not known(one.unit) or "alpha" in unit or not compatible(one.unit, unit):
@@ -119,13 +124,12 @@ def _in_si(one: Limit, where: str) -> Limit:
         raise ConfigError(f'{where}: target without tolerance; add tolerance = "15 %", or a number in its unit')
     if one.least is not None and one.most is not None and one.least > one.most:
         raise ConfigError(f"{where}: least {one.least:g} is above most {one.most:g}")
-    numbers = {n: scale * v for n in ("target", "least", "most") if (v := getattr(one, n)) is not None}
-    widths = {
+    scaled = {
         n: scale * v
-        for n in ("tolerance", "batch_tolerance", "cycle_tolerance")
+        for n in ("target", "least", "most", "tolerance", "batch_tolerance", "cycle_tolerance")
         if isinstance(v := getattr(one, n), float)
     }
-    return one.model_copy(update={"quantity": name, **numbers, **widths})
+    return one.model_copy(update={"quantity": name, **scaled})
 
 
 def _plain(unit: str) -> str:
@@ -156,7 +160,7 @@ def decide(value: tuple[float, float, float], ends: tuple[float, float], guard: 
     middle, low, high = value if guard else (value[0],) * 3
     if ends[0] <= low and high <= ends[1]:
         return PASS
-    return FAIL if high < ends[0] or low > ends[1] else OPEN
+    return FAIL if high < ends[0] or low > ends[1] else UNDECIDED
 
 
 def verdicts(
@@ -174,19 +178,15 @@ def verdicts(
             if limit.cycle_tolerance is not None:
                 found.append(_of_cycles(limits, limit, unit, condition, row))
         if not own:
-            reason = (
-                "no condition of this unit has this quantity"
-                if limit.condition == "*"
-                else (f"no condition like '{limit.condition}' has this quantity")
-            )
-            found.append(_open(limit, unit, limit.condition, "unit", reason))
+            of = "no condition of this unit" if limit.condition == "*" else f"no condition like '{limit.condition}'"
+            found.append(_undecided(limit, ("unit", unit, limit.condition), f"{of} has this quantity"))
     return found
 
 
 def verdict_of(rows: Sequence[VerdictRow]) -> str:
     """Return the verdict of several: the worst; empty of none."""
     there = {row.verdict for row in rows}
-    return next((one for one in (FAIL, OPEN, PASS) if one in there), "")
+    return next((one for one in (FAIL, UNDECIDED, PASS) if one in there), "")
 
 
 def batch_verdicts(limits: LimitsFile, units: Mapping[str, Sequence[SheetCondition]]) -> list[VerdictRow]:
@@ -204,17 +204,19 @@ def batch_verdicts(limits: LimitsFile, units: Mapping[str, Sequence[SheetConditi
                 for q in c.quantities
                 if c.condition == condition and q.name == limit.quantity
             ]
+            place = ("batch", "all units", condition)
             values = [(q.value, q.low, q.high) for q in rows if None not in (q.value, q.low, q.high)]
             if not values:
-                found.append(_open(limit, "all units", condition, "batch", "no unit has a value with an interval"))
+                found.append(_undecided(limit, place, "no unit has a value with an interval"))
                 continue
             numbers = np.array(values, dtype=np.float64)
             mean = float(numbers[:, 0].mean())
             half = float(np.sqrt(np.sum(((numbers[:, 2] - numbers[:, 1]) / 2.0) ** 2))) / len(numbers)
             target = _signed(limit.target, mean, limit.quantity)
             width = _width(limit.batch_tolerance, limit.target)
-            ends = target - width, target + width
-            found.append(_row(limit, ("batch", "all units", condition), (mean, mean - half, mean + half), ends, limits))
+            found.append(
+                _row(limit, place, (mean, mean - half, mean + half), (target - width, target + width), limits.guard)
+            )
     return found
 
 
@@ -224,9 +226,9 @@ def _signed(target: float, value: float, quantity: str) -> float:
 
 
 def _of_value(limits: LimitsFile, limit: Limit, unit: str, condition: str, row: QuantityRow) -> VerdictRow:
+    place = ("unit", unit, condition)
     if row.value is None or row.low is None or row.high is None:
-        reason = row.reason or "its interval is not known"
-        return _open(limit, unit, condition, "unit", reason)
+        return _undecided(limit, place, row.reason or "its interval is not known")
     least, most = limit.least, limit.most
     if limit.quantity in SIGNED and row.value < 0.0 and (least or 0.0) >= 0.0 and (most or 0.0) >= 0.0:
         # written as magnitudes
@@ -235,62 +237,38 @@ def _of_value(limits: LimitsFile, limit: Limit, unit: str, condition: str, row: 
     if limit.target is not None and limit.tolerance is not None:
         target, width = _signed(limit.target, row.value, limit.quantity), _width(limit.tolerance, limit.target)
         low, high = max(low, target - width), min(high, target + width)
-    return _row(limit, ("unit", unit, condition), (row.value, row.low, row.high), (float(low), float(high)), limits)
+    return _row(limit, place, (row.value, row.low, row.high), (float(low), float(high)), limits.guard)
 
 
 def _of_cycles(limits: LimitsFile, limit: Limit, unit: str, condition: str, row: QuantityRow) -> VerdictRow:
+    place = ("cycle", unit, condition)
     assert limit.cycle_tolerance is not None
     if row.value is None or len(row.cycles) < 2 or row.greatest_deviation is None or row.noise is None:
-        return _open(limit, unit, condition, "cycle", row.reason or "one cycle; two are needed")
-    deviation = row.greatest_deviation * abs(row.value)
+        return _undecided(limit, place, row.reason or "one cycle; two are needed")
+    off = row.greatest_deviation * abs(row.value)
     # the greatest of all cycles
-    half = float(norm.ppf(1.0 - WRONG / len(row.cycles))) * row.noise
+    half = float(norm.ppf(1.0 - WRONG_VERDICT / len(row.cycles))) * row.noise
     width = _width(limit.cycle_tolerance, row.value)
-    return _row(
-        limit,
-        ("cycle", unit, condition),
-        (deviation, max(deviation - half, 0.0), deviation + half),
-        (0.0, width),
-        limits,
-    )
+    return _row(limit, place, (off, max(off - half, 0.0), off + half), (0.0, width), limits.guard)
 
 
 def _row(
-    limit: Limit,
-    place: tuple[str, str, str],
-    value: tuple[float, float, float],
-    ends: tuple[float, float],
-    limits: LimitsFile,
+    limit: Limit, place: Place, value: tuple[float, float, float], ends: tuple[float, float], guard: str
 ) -> VerdictRow:
-    said = decide(value, ends, limits.guard == "interval")
-    return VerdictRow(
-        level=place[0],
-        unit=place[1],
-        condition=place[2],
-        quantity=limit.quantity,
-        si_unit=NAMES[limit.quantity][0],
-        value=value[0],
-        low=value[1],
-        high=value[2],
-        least=ends[0] if np.isfinite(ends[0]) else None,
-        most=ends[1] if np.isfinite(ends[1]) else None,
-        verdict=said,
-        reason="the interval straddles a limit" if said == OPEN else "",
-    )
+    said = decide(value, ends, guard == "interval")
+    least, most = (end if np.isfinite(end) else None for end in ends)
+    row = _undecided(limit, place, "the interval straddles a limit" if said == UNDECIDED else "")
+    return replace(row, value=value[0], low=value[1], high=value[2], least=least, most=most, verdict=said)
 
 
-def _open(limit: Limit, unit: str, condition: str, level: str, reason: str) -> VerdictRow:
+def _undecided(limit: Limit, place: Place, reason: str) -> VerdictRow:
+    level, unit, condition = place
     return VerdictRow(
         level=level,
         unit=unit,
         condition=condition,
         quantity=limit.quantity,
-        si_unit=NAMES[limit.quantity][0],
-        value=None,
-        low=None,
-        high=None,
-        least=None,
-        most=None,
-        verdict=OPEN,
+        si_unit=SHEET_QUANTITIES[limit.quantity][0],
+        verdict=UNDECIDED,
         reason=reason,
     )

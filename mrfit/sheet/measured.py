@@ -14,10 +14,10 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.sheet import AcrossRow, QuantityRow, SheetCondition
 from mrfit.measure import bilinear, conditions, current_steps, energy, forces, loop_shape, slow_cycles
-from mrfit.measure.conditions import LEAST_CURRENT, Level, same_current
-from mrfit.measure.cycles import GRID, Cycles, cycles_of
+from mrfit.measure.conditions import LEAST_CURRENT, ConditionForce, same_current
+from mrfit.measure.cycles import BRANCH_GRID, Cycles, cycles_of
 from mrfit.measure.intervals import Estimate
-from mrfit.measure.quantity import NAMES, Quantity
+from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.measure.usable import unusable
 from mrfit.segment import stage as segment_stage
 from mrfit.settings.segment import Settings as SegmentSettings
@@ -34,7 +34,7 @@ UNSTEADY_SWING = 0.05
 
 
 @dataclass(frozen=True)
-class Loop:
+class MeanLoop:
     """The mean cycle of a condition as it is drawn: displacement in m, velocity in m/s, force in N, each (N,)."""
 
     unit: str
@@ -46,7 +46,7 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Course:
+class CycleCourse:
     """Peak force in N and temperature in degC (nan where not logged) of the cycles of a condition, for its history."""
 
     unit: str
@@ -56,18 +56,18 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What the logs give: rows, what is drawn, quantities across conditions by unit, and what is left out."""
+class Measurements:
+    """Content of the logs: rows, loops and courses, quantities across conditions by unit, and logs left out."""
 
     rows: list[SheetCondition]
-    loops: list[Loop]
-    courses: list[Course]
+    loops: list[MeanLoop]
+    courses: list[CycleCourse]
     across: Mapping[str, list[AcrossRow]]
     left_out: list[tuple[str, str]]
 
-    def of_units(self, wanted: Callable[[str], bool]) -> "Measured":
-        """Return what was measured of some units."""
-        return Measured(
+    def of_units(self, wanted: Callable[[str], bool]) -> "Measurements":
+        """Return the part of some units."""
+        return Measurements(
             [row for row in self.rows if wanted(row.unit)],
             [loop for loop in self.loops if wanted(loop.unit)],
             [course for course in self.courses if wanted(course.unit)],
@@ -100,7 +100,7 @@ def unit_of(source: str, pattern: str, option: str = "--unit-from") -> str:
 
 def measured(
     recordings: Sequence[Recording], units: Mapping[str, str], settings: Settings, progress: Progress = silent
-) -> Measured:
+) -> Measurements:
     """Return the quantities of recordings, condition by condition.
 
     Parameters
@@ -117,8 +117,8 @@ def measured(
     left = [(units[r.id], f"{r.source}: {reason}") for r in recordings if (reason := _unusable(r))]
     usable = {r.id: r for r in recordings if not _unusable(r)}
     segments, said = _segments(list(usable.values()))
-    rows, loops, courses = list[SheetCondition](), list[Loop](), list[Course]()
-    levels: dict[str, list[tuple[Level, Level, Level, Level]]] = {}
+    rows, loops, courses = list[SheetCondition](), list[MeanLoop](), list[CycleCourse]()
+    levels: dict[str, list[list[ConditionForce]]] = {}
     done = set()
     for number, segment in enumerate(segments, 1):
         recording, unit = usable[segment.recording], units[segment.recording]
@@ -139,11 +139,11 @@ def measured(
         rows += [whole] if isinstance(whole, SheetCondition) else []
         left += [(units[name], whole)] if isinstance(whole, str) else []
     across = {unit: _across(own) for unit, own in levels.items()}
-    return Measured(rows, loops, courses, across, left)
+    return Measurements(rows, loops, courses, across, left)
 
 
 def _unusable(recording: Recording) -> str:
-    """Return why a recording has no sheet; empty where it may have one."""
+    """Return the reason against a sheet of a recording; empty where there is none."""
     lacking = [name for name in ("displacement", "force") if name not in recording.channels]
     if lacking:
         there = ", ".join(recording.channels)
@@ -168,7 +168,7 @@ def _segments(recordings: Sequence[Recording]) -> tuple[list[Segment], dict[str,
 
 def _condition(
     recording: Recording, segment: Segment, unit: str, settings: Settings
-) -> tuple[SheetCondition, Loop, Course, tuple[Level, Level, Level, Level]]:
+) -> tuple[SheetCondition, MeanLoop, CycleCourse, list[ConditionForce]]:
     if "current" in recording.channels and np.isnan(segment.current):
         raise DataError("the current moves within the cycles: only the response to its steps is taken")
     cycles, findings = cycles_of(recording, segment, settings.skew), list[str]()
@@ -187,14 +187,15 @@ def _condition(
     for sign in ("+", "-"):
         lost = conditions.fade_over_cycles(by_name[f"Fmax{sign}"])
         found.append(Quantity(f"fade{sign}", lost, "" if lost else "fewer than three cycles"))
-    found.sort(key=lambda q: list(NAMES).index(q.name))
+    found.sort(key=lambda q: list(SHEET_QUANTITIES).index(q.name))
     findings += _sensitive(cycles, own, by_name)
     temperature = _temperatures(recording, cycles)
     current = 0.0 if abs(segment.current) < LEAST_CURRENT else segment.current
-    level = tuple(
-        Level(segment.condition, cycles.peak_velocity * cycles.gain, current, segment.temperature, by_name[name])
+    speed = cycles.peak_velocity * cycles.gain
+    level = [
+        ConditionForce(segment.condition, speed, current, segment.temperature, by_name[name])
         for name in ("F0+", "F0-", "Fmax+", "Fmax-")
-    )
+    ]
     row = SheetCondition(
         unit=unit,
         condition=segment.condition,
@@ -203,7 +204,7 @@ def _condition(
         waveform=segment.waveform,
         frequency=1.0 / cycles.period,
         stroke=cycles.stroke * cycles.gain,
-        peak_velocity=cycles.peak_velocity * cycles.gain,
+        peak_velocity=speed,
         current=_finite(current),
         temperature=_finite(float(np.mean(temperature))),
         cycles=cycles.count,
@@ -212,12 +213,12 @@ def _condition(
         quantities=[quantity_row(q) for q in found],
         findings=[*findings, *(f.text for f in recording.findings)],
     )
-    course = Course(unit, segment.condition, by_name["Fmax+"].cycles, temperature)
-    return row, _loop(cycles, replace(segment, current=current), unit), course, level  # type: ignore[return-value]
+    course = CycleCourse(unit, segment.condition, by_name["Fmax+"].cycles, temperature)
+    return row, _loop(cycles, replace(segment, current=current), unit), course, level
 
 
 def _sensitive(cycles: Cycles, own: forces.Forces, found: Mapping[str, Estimate]) -> list[str]:
-    """Return what a skew of one sample between the channels would change by more than the interval; no peak force."""
+    """Return the changes by a skew of one sample that are more than the intervals; peak forces have none."""
     moved = cycles.late_by(cycles.dt)
     late = forces.forces_of(moved, peaks=own.peaks)
     others = [*forces.quantities(moved, late), *energy.quantities(moved, late, False)]
@@ -226,7 +227,7 @@ def _sensitive(cycles: Cycles, own: forces.Forces, found: Mapping[str, Estimate]
     for one in others:
         if one.estimate is None or one.name not in found or one.name == "closure":
             continue
-        scale = peak if NAMES[one.name][0] == "N" else abs(found[one.name].value)
+        scale = peak if SHEET_QUANTITIES[one.name][0] == "N" else abs(found[one.name].value)
         change = abs(one.estimate.value - found[one.name].value)
         if change > max(SENSITIVE * scale, found[one.name].error) and scale > 0.0:
             words.append(f"{one.name} by {100.0 * change / scale:.2g} %")
@@ -246,20 +247,20 @@ def _temperatures(recording: Recording, cycles: Cycles) -> Array:
     return np.array([np.mean(recording.channels["temperature"][a:b]) for a, b in zip(edges, edges[1:], strict=False)])
 
 
-def _loop(cycles: Cycles, segment: Segment, unit: str) -> Loop:
+def _loop(cycles: Cycles, segment: Segment, unit: str) -> MeanLoop:
     parts = []
     for up in (True, False):
         curve = cycles.pooled(up)
         some = np.unique(np.linspace(0, len(curve.at) - 1, 97).round().astype(np.int64))
         moved, speed = cycles.table[up]
         at = curve.at[some]
-        parts.append((np.interp(at, GRID, moved), np.interp(at, GRID, speed), curve.force[some]))
+        parts.append((np.interp(at, BRANCH_GRID, moved), np.interp(at, BRANCH_GRID, speed), curve.force[some]))
     joined = [np.concatenate([*column, column[0][:1]]) for column in zip(*parts, strict=True)]
-    return Loop(unit, segment.condition, segment.current, *joined)
+    return MeanLoop(unit, segment.condition, segment.current, *joined)
 
 
 def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequence[str]) -> SheetCondition | str | None:
-    """Return what a record shows beside its steady cycles: response to steps of the current, yield by growing cycles.
+    """Return quantities beside those of steady cycles: response to steps of the current, yield by growing cycles.
 
     A text says why it has no sheet at all.
     """
@@ -308,7 +309,7 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
 
 def quantity_row(one: Quantity) -> QuantityRow:
     """Return a quantity as its row."""
-    unit, found = NAMES[one.name][0], one.estimate
+    unit, found = SHEET_QUANTITIES[one.name][0], one.estimate
     if found is None:
         return QuantityRow(name=one.name, unit=unit, reason=one.reason)
     slope = asdict(found.slope) if found.slope else {}
@@ -333,10 +334,10 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _across(levels: Sequence[tuple[Level, Level, Level, Level]]) -> list[AcrossRow]:
+def _across(levels: Sequence[list[ConditionForce]]) -> list[AcrossRow]:
     """Return the quantities of several conditions of one unit."""
     found = []
-    groups: dict[str, list[tuple[Level, Level, Level, Level]]] = {}
+    groups: dict[str, list[list[ConditionForce]]] = {}
     for one in sorted(levels, key=lambda four: four[0].current):
         known = [name for name, group in groups.items() if same_current(group[0][0], one[0])]
         current = one[0].current

@@ -3,40 +3,47 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from mrfit.io.schemas.sheet import FAIL, OPEN, PASS, SheetCondition, SheetFile, UnitRow, VerdictRow
+from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
 from mrfit.report.sections import Drawn, Section, Table
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 from mrfit.sheet import figures
-from mrfit.sheet.compute import Sheet
-from mrfit.sheet.words import change_text, limits_text, notes_of, number_text, numbers_of
+from mrfit.sheet.compute import SheetContent
+from mrfit.sheet.tables import (
+    CHANGES_SHOWN,
+    across_table,
+    change_table,
+    condition_table,
+    main_table,
+    unit_table,
+    verdict_table,
+)
+from mrfit.sheet.words import notes_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH, HEIGHT = 10.0, 3.4
+PANELS_WIDTH, PANELS_HEIGHT = 10.0, 3.4
 """Inches of a figure of two panels."""
-MAIN = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "E", "K_eff", "xi_eff", "C_eq")
-MOST_UNITS = 12
+UNITS_SHOWN = 12
 """Units with a section of their own: those that fail first, then those that cannot be judged."""
-MOST_PANELS = 6
-MOST_CHANGES = 200
+DISTRIBUTIONS_SHOWN = 6
 
 
-def render(sheet: Sheet) -> str:
+def render(sheet: SheetContent) -> str:
     """Return the page."""
     file = sheet.file
     several = len(file.units) > 1
     sections = _fleet(file) if several else []
-    worst = sorted(file.units, key=lambda u: (FAIL, OPEN, "", PASS).index(u.verdict))[:MOST_UNITS]
+    worst = sorted(file.units, key=lambda u: (FAIL, UNDECIDED, "", PASS).index(u.verdict))[:UNITS_SHOWN]
     for number, unit in enumerate([u for u in file.units if u in worst], 1):
         sections += unit_sections(sheet, unit, f"u{number}", several)
     sections += _changes(file)
     if file.left_out:
         sections.append(Section("Left out", file.left_out))
     lead = _lead(file)
-    if len(file.units) > MOST_UNITS:
-        lead += f" Of {len(file.units)} units {MOST_UNITS} have a section, those that fail or cannot be judged first."
+    if len(file.units) > UNITS_SHOWN:
+        lead += f" Of {len(file.units)} units {UNITS_SHOWN} have a section, those that fail or cannot be judged first."
     return render_sections(title_of(file), lead, facts_of(file), sections, "sheet.json, sheet.csv")
 
 
@@ -54,7 +61,7 @@ def _lead(file: SheetFile) -> str:
         text += f" of {len(file.units)} units"
     if not file.limits:
         return f"{text}, without limits."
-    counts = [(word, sum(u.verdict == word for u in file.units)) for word in (PASS, FAIL, OPEN)]
+    counts = [(word, sum(u.verdict == word for u in file.units)) for word in (PASS, FAIL, UNDECIDED)]
     if len(file.units) == 1:
         return f"{text}, against {file.limits}: {file.units[0].verdict}."
     return f"{text}, against {file.limits}: " + ", ".join(f"{n} {word}" for word, n in counts) + "."
@@ -75,7 +82,7 @@ def facts_of(file: SheetFile) -> list[tuple[str, str]]:
     return facts
 
 
-def unit_sections(sheet: Sheet, unit: UnitRow, anchor: str, several: bool) -> list[Section]:
+def unit_sections(sheet: SheetContent, unit: UnitRow, anchor: str, several: bool) -> list[Section]:
     """Return the sections of a unit."""
     name = f"Unit {unit.unit}: " if several else ""
     loops = [one for one in sheet.loops if one.unit == unit.unit]
@@ -94,55 +101,14 @@ def unit_sections(sheet: Sheet, unit: UnitRow, anchor: str, several: bool) -> li
         ]
         words = "Left the peak force over the peak velocity, with its interval; right that of every cycle."
         shown.append(drawn(f"{anchor}p", "Peak force and history.", words, panels))
-    tables = [_verdicts(unit.verdicts)] if unit.verdicts else []
+    tables = [verdict_table(unit.verdicts)] if unit.verdicts else []
     heading = f"Verdict: {unit.verdict}" if unit.verdict else "Loops and forces"
     found = [Section(name + (heading[:1].lower() + heading[1:] if name else heading), (), tables, shown)]
-    main = [_main(unit.conditions)]
-    if unit.across:
-        rows = [[a.conditions, a.quantity.name, *numbers_of(a.quantity)] for a in unit.across]
-        main.append(
-            Table(
-                "Quantities across conditions",
-                ("conditions", "quantity", "value", "95 % interval", "unit", "note"),
-                rows,
-            )
-        )
+    main = [main_table(unit.conditions), *([across_table(unit.across)] if unit.across else [])]
     found.append(Section(f"{name}quantities" if name else "Quantities", notes_of(unit.conditions), main))
-    whole = [_whole(c) for c in unit.conditions]
+    whole = [condition_table(c) for c in unit.conditions]
     found.append(Section(f"{name}every quantity" if name else "Every quantity by condition", (), whole, folded=True))
     return found
-
-
-LEVELS = {"unit": "unit", "cycle": "each cycle", "batch": "mean of all"}
-
-
-def _verdicts(rows: Sequence[VerdictRow]) -> Table:
-    heads = ("condition", "level", "quantity", "value", "limits", "verdict", "reason")
-    cells = [
-        [v.condition, LEVELS[v.level], v.quantity, number_text(v), limits_text(v), v.verdict, v.reason] for v in rows
-    ]
-    return Table("Verdicts", heads, cells)
-
-
-def _main(conditions: Sequence[SheetCondition]) -> Table:
-    heads = ["condition", "cycles", "v (m/s)"]
-    units = {q.name: q.unit for c in conditions for q in c.quantities}
-    names = [n for n in MAIN if any(q.name == n and q.value is not None for c in conditions for q in c.quantities)]
-    heads += [f"{n} ({units[n]})" if units[n] else n for n in names]
-    rows = []
-    for condition in conditions:
-        values = {q.name: q.value for q in condition.quantities}
-        rows.append([condition.condition, condition.cycles, condition.peak_velocity, *(values.get(n) for n in names)])
-    return Table("Main quantities, SI", heads, rows, digits=4)
-
-
-def _whole(condition: SheetCondition) -> Table:
-    rows = [[q.name, *numbers_of(q)] for q in condition.quantities]
-    caption = (
-        f"{condition.condition}: {condition.cycles} cycles of {condition.frequency:.4g} Hz, stroke "
-        f"{1e3 * condition.stroke:.4g} mm, peak velocity {condition.peak_velocity:.4g} m/s; {condition.source}"
-    )
-    return Table(caption, ("quantity", "value", "95 % interval", "unit", "over cycles, or why not"), rows)
 
 
 def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> Drawn:
@@ -151,7 +117,7 @@ def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axe
     from matplotlib.figure import Figure
 
     with style():
-        canvas = Figure(figsize=(WIDTH, HEIGHT * -(-len(panels) // 2)), layout="constrained")
+        canvas = Figure(figsize=(PANELS_WIDTH, PANELS_HEIGHT * -(-len(panels) // 2)), layout="constrained")
         axes = canvas.subplots(-(-len(panels) // 2), 2, squeeze=False).ravel()
         for one, draw in zip(axes, panels, strict=False):
             draw(one)
@@ -164,18 +130,9 @@ def _fleet(file: SheetFile) -> list[Section]:
     """Return the section of all units: verdicts of both levels, distributions, who stands out."""
     tables, pictures = [], []
     if file.limits:
-        rows = [
-            [
-                u.unit,
-                len(u.conditions),
-                *(sum(v.verdict == w for v in u.verdicts) for w in (PASS, FAIL, OPEN)),
-                u.verdict,
-            ]
-            for u in file.units
-        ]
         if file.batch:
-            tables.append(_verdicts(file.batch))
-        tables.append(Table("Units", ("unit", "conditions", "pass", "fail", "cannot be judged", "verdict"), rows))
+            tables.append(verdict_table(file.batch))
+        tables.append(unit_table(file))
         wanted: dict[tuple[str, str], VerdictRow] = {}
         for unit in file.units:
             for v in unit.verdicts:
@@ -183,14 +140,14 @@ def _fleet(file: SheetFile) -> list[Section]:
                     wanted.setdefault((v.condition, v.quantity), v)
         panels: list[Callable[[Axes], object]] = [
             lambda axes, one=one: figures.draw_distribution(axes, file.units, one)  # type: ignore[misc]
-            for one in list(wanted.values())[:MOST_PANELS]
+            for one in list(wanted.values())[:DISTRIBUTIONS_SHOWN]
         ]
         if panels:
             pictures.append(
                 drawn("fleet", "Distributions.", "Every unit with its 95 % interval; dashed: the limits.", panels)
             )
     if file.stands_out:
-        cells = [[s.unit, s.condition, s.quantity, s.value, s.median, s.z] for s in file.stands_out[:MOST_CHANGES]]
+        cells = [[s.unit, s.condition, s.quantity, s.value, s.median, s.z] for s in file.stands_out[:CHANGES_SHOWN]]
         tables.append(Table("Units that stand out", ("unit", "condition", "quantity", "value", "median", "z"), cells))
     words = [] if file.stands_out else ["No unit stands out from the others."]
     return [Section("All units", words, tables, pictures)]
@@ -199,18 +156,5 @@ def _fleet(file: SheetFile) -> list[Section]:
 def _changes(file: SheetFile) -> list[Section]:
     if not file.changes:
         return []
-    ordered = sorted(file.changes, key=lambda c: not c.changed)[:MOST_CHANGES]
-    rows = [
-        [
-            c.condition,
-            c.quantity,
-            c.value,
-            c.against,
-            change_text(c),
-            "changed" if c.changed else "within the intervals",
-        ]
-        for c in ordered
-    ]
     words = [f"In one of the two only: {', '.join(file.unmatched)}."] if file.unmatched else []
-    heads = ("condition", "quantity", "value", "compared with", "change (95 % interval)", "verdict")
-    return [Section("Beside the logs compared with", words, [Table("Changes, SI", heads, rows, digits=4)])]
+    return [Section("Beside the logs compared with", words, [change_table(file)])]

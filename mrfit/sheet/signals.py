@@ -32,13 +32,13 @@ from mrfit.signal.savitzky_golay import NARROWEST, Smoother
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-POINTS, FEWEST_POINTS, ALL_POINTS = 4000, 400, 200_000
+SERIES_POINTS, FEWEST_POINTS, ALL_POINTS = 4000, 400, 200_000
 """Points of a series on the page, of a series of many logs at least, and of all series about."""
 ACROSS, UP = 20_000, 1000
 """Whole numbers in which a series is drawn, along and up."""
-MOST_LOGS = 40
+LOGS_DRAWN = 40
 """Logs that have a section on one page."""
-MOST_ROWS, NAMED, LOOP_CYCLES = 60, 6, 2.0
+ROWS_DRAWN, CUTS_NAMED, LOOP_CYCLES = 60, 6, 2.0
 """Rows of a table, cuts that a legend of loops names, and cycles of each that are drawn."""
 
 
@@ -90,7 +90,7 @@ def write(
     recordings
         Logs, looked at one after the other.
     number
-        How many they are; those beyond ``MOST_LOGS`` have no section on the page.
+        How many they are; those beyond ``LOGS_DRAWN`` have no section on the page.
     folder
         Where to.
     png
@@ -102,16 +102,16 @@ def write(
     page, pictures, sections, shown = folder / "signals.html", list[Path](), list[Section](), list[Signals]()
     for place, recording in enumerate(recordings, 1):
         one = signals_of(recording)
-        if place <= MOST_LOGS:
-            sections += _sections(one, f"g{place}", min(number, MOST_LOGS))
+        if place <= LOGS_DRAWN:
+            sections += _sections(one, f"g{place}", min(number, LOGS_DRAWN))
         if png:
             pictures.append(folder / f"{recording.id}.png")
             write_atomic(pictures[-1], lambda path, one=one: path.write_bytes(draw(one)._repr_png_()))  # type: ignore[misc]
         shown.append(Signals(replace(recording, channels={}), one.segments, one.said))
         progress("logs", place, number)
     lead = f"{number} log{'s' * (number != 1)}, before any fit."
-    if number > MOST_LOGS:
-        lead += f" The first {MOST_LOGS} are shown; give fewer logs to see others."
+    if number > LOGS_DRAWN:
+        lead += f" The first {LOGS_DRAWN} are shown; give fewer logs to see others."
     script = TEMPLATE.with_name("signals.js").read_text(encoding="utf-8")
     write_text(page, render_sections("Signals as recorded", lead, (), sections, "the logs themselves", script))
     return [page, *pictures], shown
@@ -131,7 +131,7 @@ def draw(one: Signals) -> Picture:
         for axes, name in zip(series, names, strict=True):
             factor, unit = one.scaled(name)
             values = one.recording.channels[name]
-            at = decimate(values, POINTS)
+            at = decimate(values, SERIES_POINTS)
             for number, segment in enumerate(one.segments):
                 axes.axvspan(*one.span(segment), color=QUIET, alpha=(0.14, 0.34)[number % 2], lw=0)
             for finding in one.timed:
@@ -153,7 +153,7 @@ def draw(one: Signals) -> Picture:
 def _sections(one: Signals, prefix: str, logs: int) -> Iterator[Section]:
     """Yield the sections of a log: its series and loops; its cuts, warnings and channels as tables."""
     recording = one.recording
-    points = int(np.clip(ALL_POINTS / logs / max(len(recording.channels), 1), FEWEST_POINTS, POINTS))
+    points = int(np.clip(ALL_POINTS / logs / max(len(recording.channels), 1), FEWEST_POINTS, SERIES_POINTS))
     facts = f"{recording.source}: {recording.samples} samples of {recording.dt:.6g} s, {one.seconds:.6g} s"
     words = "Shaded: where the log is cut. Lines: warnings. Drag, or click a row below, to zoom; double click for all."
     thin = f" Of every stretch its least and greatest sample, {points} in all." if points < recording.samples else ""
@@ -178,9 +178,9 @@ def _sections(one: Signals, prefix: str, logs: int) -> Iterator[Section]:
     warnings = [[f.channel or "all", f.at, f.text] for f in one.timed]
     warnings += [[f.channel or "all", None, f.text] for f in recording.findings if f.at is None]
     tables = [
-        *([Table(_capped("Cuts", cuts), heads, cuts[:MOST_ROWS], digits=5)] if cuts else []),
+        *([Table(_capped("Cuts", cuts), heads, cuts[:ROWS_DRAWN], digits=5)] if cuts else []),
         *(
-            [Table(_capped("Warnings", warnings), ("channel", "at (s)", "what"), warnings[:MOST_ROWS], 6)]
+            [Table(_capped("Warnings", warnings), ("channel", "at (s)", "what"), warnings[:ROWS_DRAWN], 6)]
             if warnings
             else []
         ),
@@ -190,7 +190,7 @@ def _sections(one: Signals, prefix: str, logs: int) -> Iterator[Section]:
 
 
 def _capped(words: str, rows: Sequence[object]) -> str:
-    return words if len(rows) <= MOST_ROWS else f"{words}, the first {MOST_ROWS} of {len(rows)}"
+    return words if len(rows) <= ROWS_DRAWN else f"{words}, the first {ROWS_DRAWN} of {len(rows)}"
 
 
 def _ranges(recording: Recording) -> list[list[object]]:
@@ -275,7 +275,7 @@ def _draw_loop(axes: "Axes", one: Signals, up: str, over: str) -> None:
     for number, ((part, name), x) in enumerate(zip(ranges, across, strict=True)):
         kept = simplified(x, values[part])
         colour = PALETTE[number % len(PALETTE)]
-        label = name if name and len(ranges) <= NAMED else None
+        label = name if name and len(ranges) <= CUTS_NAMED else None
         axes.plot(factor * x[kept], scale * values[part][kept], lw=0.8, color=colour, label=label)
     axes.set(xlabel=axis_label(over, unit, over), ylabel=axis_label(up, text, up))
     if axes.get_legend_handles_labels()[0]:

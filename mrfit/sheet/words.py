@@ -7,7 +7,7 @@ from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, Verdi
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant, unit_html, with_interval
 
-SHARES = {"ratio": False, "closure": True, "efficiency": True, "ripple": True, "fade+": True, "fade-": True}
+PURE_NUMBERS = {"ratio": False, "closure": True, "efficiency": True, "ripple": True, "fade+": True, "fade-": True}
 """Pure numbers -> whether they are read in percent."""
 CLEAR = 5.0
 """Widths of its interval from zero from which on the deviation of a cycle is told as a share."""
@@ -16,7 +16,7 @@ PREFIXED = ("N", "m", "m/s", "s", "J", "N/m")
 
 def scaled(name: str, unit: str, largest: float) -> tuple[float, str]:
     """Return the factor and unit in which a quantity is shown."""
-    if SHARES.get(name):
+    if PURE_NUMBERS.get(name):
         return 100.0, "%"
     if unit in PREFIXED:
         factor, text = prefixed(largest, unit)
@@ -38,7 +38,7 @@ def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
 
 
 def over_cycles(row: QuantityRow) -> str:
-    """Return what a quantity does over the cycles, in words."""
+    """Return the course of a quantity over the cycles in words."""
     words = []
     if row.drift and row.value:
         words.append(f"drifts by {in_html(significant(100.0 * row.drift / abs(row.value)))} %")
@@ -82,7 +82,7 @@ def change_text(row: ChangeRow) -> str:
 
 
 def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:
-    """Return what is to be said of conditions; of notes that differ in numbers alone the longest, and of how many."""
+    """Return the notes on conditions; of those that differ in numbers alone the longest, with their count."""
     notes: dict[str, list[tuple[str, str]]] = {}
     for condition in conditions:
         for text in condition.findings:

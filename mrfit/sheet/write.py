@@ -11,33 +11,33 @@ from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.sheet import QuantityRow, SheetFile, VerdictRow
 from mrfit.io.workspace import checked, write_json, write_text
 from mrfit.settings.sheet import Settings
-from mrfit.sheet.compute import Sheet, sheet_of
+from mrfit.sheet.compute import SheetContent, sheet_of
 
 Row = dict[str, str | float | None]
-COLUMNS = (
-    *(
-        "unit",
-        "condition",
-        "recording",
-        "frequency_Hz",
-        "stroke_m",
-        "peak_velocity_m/s",
-        "current_A",
-        "temperature_degC",
-    ),
-    *(
-        "cycles",
-        "quantity",
-        "value",
-        "low",
-        "high",
-        "si_unit",
-        "slope_per_cycle",
-        "greatest_deviation",
-        "first_to_third",
-    ),
-    *("least", "most", "verdict", "reason"),
-)
+CONDITION_COLUMNS = {
+    "unit": "unit",
+    "condition": "condition",
+    "recording": "recording",
+    "frequency_Hz": "frequency",
+    "stroke_m": "stroke",
+    "peak_velocity_m/s": "peak_velocity",
+    "current_A": "current",
+    "temperature_degC": "temperature",
+    "cycles": "cycles",
+}
+QUANTITY_COLUMNS = {
+    "quantity": "name",
+    "value": "value",
+    "low": "low",
+    "high": "high",
+    "si_unit": "unit",
+    "slope_per_cycle": "slope",
+    "greatest_deviation": "greatest_deviation",
+    "first_to_third": "first_to_third",
+    "reason": "reason",
+}
+VERDICT_COLUMNS = ("least", "most", "verdict")
+SHEET_COLUMNS = (*CONDITION_COLUMNS, *[c for c in QUANTITY_COLUMNS if c != "reason"], *VERDICT_COLUMNS, "reason")
 
 
 def write(
@@ -52,7 +52,7 @@ def write(
     return written(sheet_of(recordings, settings, against, progress), folder, pdf, progress)
 
 
-def written(sheet: Sheet, folder: Path, pdf: bool = False, progress: Progress = silent) -> SheetFile:
+def written(sheet: SheetContent, folder: Path, pdf: bool = False, progress: Progress = silent) -> SheetFile:
     """Write the files of a sheet into a folder, and return it with their names."""
     from mrfit.sheet import page, print_page
 
@@ -60,7 +60,7 @@ def written(sheet: Sheet, folder: Path, pdf: bool = False, progress: Progress = 
     folder.mkdir(parents=True, exist_ok=True)
     files = [folder / name for name in ("sheet.html", "sheet.csv", "sheet.json")]
     write_text(files[0], page.render(sheet))
-    write_text(files[1], csv_table(COLUMNS, table_rows(file)))
+    write_text(files[1], csv_table(SHEET_COLUMNS, table_rows(file)))
     write_json(files[2], file)
     if pdf:
         for number, unit in enumerate(file.units, 1):
@@ -77,56 +77,23 @@ def table_rows(file: SheetFile) -> list[Row]:
     for unit in file.units:
         judged = {(v.condition, v.quantity): v for v in unit.verdicts if v.level == "unit"}
         for condition in unit.conditions:
-            known = {
-                "unit": unit.unit,
-                "condition": condition.condition,
-                "recording": condition.recording,
-                "frequency_Hz": condition.frequency or None,
-                "stroke_m": condition.stroke,
-                "peak_velocity_m/s": condition.peak_velocity,
-                "current_A": condition.current,
-                "temperature_degC": condition.temperature,
-                "cycles": condition.cycles,
-            }
+            known: Row = {column: getattr(condition, name) for column, name in CONDITION_COLUMNS.items()}
+            known["frequency_Hz"] = condition.frequency or None
             rows += [{**known, **_quantity(q, judged.get((condition.condition, q.name)))} for q in condition.quantities]
         for one in unit.across:
             verdict = judged.get((one.conditions, one.quantity.name))
             rows.append({"unit": unit.unit, "condition": one.conditions, **_quantity(one.quantity, verdict)})
         for v in (*(v for v in unit.verdicts if v.level == "cycle"), *(file.batch if unit is file.units[-1] else ())):
-            rows.append(
-                {
-                    "unit": v.unit,
-                    "condition": v.condition,
-                    "quantity": f"{v.quantity} ({'cycle off the mean' if v.level == 'cycle' else 'mean of all units'})",
-                    "value": v.value,
-                    "low": v.low,
-                    "high": v.high,
-                    "si_unit": v.si_unit,
-                    **_verdict(v),
-                }
-            )
+            name = f"{v.quantity} ({'cycle off the mean' if v.level == 'cycle' else 'mean of all units'})"
+            names = ("unit", "condition", "value", "low", "high", "si_unit")
+            rows.append({n: getattr(v, n) for n in names} | {"quantity": name} | _verdict(v))
     return rows
 
 
 def _quantity(row: QuantityRow, verdict: VerdictRow | None) -> Row:
-    return {
-        "quantity": row.name,
-        "value": row.value,
-        "low": row.low,
-        "high": row.high,
-        "si_unit": row.unit,
-        "slope_per_cycle": row.slope,
-        "greatest_deviation": row.greatest_deviation,
-        "first_to_third": row.first_to_third,
-        "reason": row.reason,
-        **(_verdict(verdict) if verdict else {}),
-    }
+    found = {column: getattr(row, name) for column, name in QUANTITY_COLUMNS.items()}
+    return found | (_verdict(verdict) if verdict else {})
 
 
 def _verdict(row: VerdictRow) -> Row:
-    return {
-        "least": row.least,
-        "most": row.most,
-        "verdict": row.verdict,
-        **({"reason": row.reason} if row.reason else {}),
-    }
+    return {n: getattr(row, n) for n in VERDICT_COLUMNS} | ({"reason": row.reason} if row.reason else {})

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from mrfit.measure.conditions import Level, dynamic_range, fade, fade_over_cycles, power_law
+from mrfit.measure.conditions import ConditionForce, dynamic_range, fade, fade_over_cycles, power_law
 from mrfit.measure.intervals import Estimate, PerCycle, estimate
 
 
 def level(
     velocity: float, value: float, current: float = np.nan, temperature: float = np.nan, error: float = 1e-3
-) -> Level:
+) -> ConditionForce:
     half = error * abs(value)
     name = f"{velocity:g}-{current:g}-{temperature:g}"
     found = Estimate(value, value - half, value + half, 10.0, np.array([value]), half, None, 0.0)
-    return Level(name, velocity, current, temperature, found)
+    return ConditionForce(name, velocity, current, temperature, found)
 
 
 def test_a_power_law_is_found_with_intervals_that_hold_it() -> None:

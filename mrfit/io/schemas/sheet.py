@@ -6,7 +6,7 @@ from typing import ClassVar
 from mrfit.io.schemas.reading import Document, Entry, told
 
 SHEET = "mrfit/sheet/1"
-PASS, FAIL, OPEN = "pass", "fail", "cannot be judged"
+PASS, FAIL, UNDECIDED = "pass", "fail", "cannot be judged"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,11 +90,11 @@ class VerdictRow(Entry):
     condition: str
     quantity: str
     si_unit: str
-    value: float | None
-    low: float | None
-    high: float | None
-    least: float | None
-    most: float | None
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    least: float | None = None
+    most: float | None = None
     verdict: str
     reason: str = ""
 

@@ -1,0 +1,77 @@
+"""Tables of a test sheet, the same in the terminal and on the page."""
+
+from collections.abc import Sequence
+
+from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, SheetCondition, SheetFile, VerdictRow
+from mrfit.report.sections import Table
+from mrfit.sheet.words import change_text, limits_text, number_text, numbers_of
+
+MAIN_QUANTITIES = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "E", "K_eff", "xi_eff", "C_eq")
+VERDICT_LEVELS = {"unit": "unit", "cycle": "each cycle", "batch": "mean of all"}
+CHANGES_SHOWN = 200
+
+
+def main_table(conditions: Sequence[SheetCondition], caption: str = "Main quantities, SI") -> Table:
+    """Return the main quantities, a row for each condition."""
+    values = [{q.name: q.value for q in c.quantities} for c in conditions]
+    units = {q.name: q.unit for c in conditions for q in c.quantities}
+    names = [n for n in MAIN_QUANTITIES if any(v.get(n) is not None for v in values)]
+    heads = ("condition", "cycles", "v (m/s)", *(f"{n} ({units[n]})" if units[n] else n for n in names))
+    rows = [
+        [c.condition, c.cycles, c.peak_velocity, *(v.get(n) for n in names)]
+        for c, v in zip(conditions, values, strict=True)
+    ]
+    return Table(caption, heads, rows, digits=4)
+
+
+def condition_table(condition: SheetCondition, unknown: bool = True) -> Table:
+    """Return every quantity of a condition; those ``unknown`` with the reason."""
+    rows = [[q.name, *numbers_of(q)] for q in condition.quantities if unknown or q.value is not None]
+    caption = (
+        f"{condition.condition}: {condition.cycles} cycles of {condition.frequency:.4g} Hz, stroke "
+        f"{1e3 * condition.stroke:.4g} mm, peak velocity {condition.peak_velocity:.4g} m/s; {condition.source}"
+    )
+    last = "over cycles, or why not" if unknown else "over cycles"
+    return Table(caption, ("quantity", "value", "95 % interval", "unit", last), rows)
+
+
+def across_table(rows: Sequence[AcrossRow]) -> Table:
+    """Return the quantities of several conditions together."""
+    heads = ("conditions", "quantity", "value", "95 % interval", "unit", "note")
+    return Table(
+        "Quantities across conditions", heads, [[a.conditions, a.quantity.name, *numbers_of(a.quantity)] for a in rows]
+    )
+
+
+def verdict_table(rows: Sequence[VerdictRow], caption: str = "Verdicts", several: bool = False) -> Table:
+    """Return verdicts; those of several units begin with the unit."""
+    heads = ("condition", "level", "quantity", "value", "limits", "verdict", "reason")
+    cells = [
+        [v.condition, VERDICT_LEVELS[v.level], v.quantity, number_text(v), limits_text(v), v.verdict, v.reason]
+        for v in rows
+    ]
+    if several:
+        return Table(caption, ("unit", *heads), [[v.unit, *row] for v, row in zip(rows, cells, strict=True)])
+    return Table(caption, heads, cells)
+
+
+def unit_table(file: SheetFile) -> Table:
+    """Return the verdicts of every unit as counts."""
+    rows = [
+        [u.unit, len(u.conditions), *(sum(v.verdict == w for v in u.verdicts) for w in (PASS, FAIL, UNDECIDED))]
+        + [u.verdict]
+        for u in file.units
+    ]
+    return Table("Units", ("unit", "conditions", PASS, FAIL, UNDECIDED, "verdict"), rows)
+
+
+def change_table(file: SheetFile, most: int = CHANGES_SHOWN) -> Table:
+    """Return the changes from other logs, those beyond the intervals first."""
+    rows = [
+        [c.condition, c.quantity, c.value, c.against, change_text(c)]
+        + ["changed" if c.changed else "within the intervals"]
+        for c in sorted(file.changes, key=lambda c: not c.changed)[:most]
+    ]
+    heads = ("condition", "quantity", "value", "compared with", "change (95 % interval)", "verdict")
+    changed = sum(c.changed for c in file.changes)
+    return Table(f"Changed, SI: {changed} of {len(file.changes)} quantities", heads, rows, digits=4)
