@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLOUR_MAP, LIGHTEST_SHADE = "viridis", 0.82
-LOOPS_NAMED = 8
+LEGEND_MAX = 8
 """Curves of a figure that a legend names one by one."""
 LIMIT_COLOUR = "#c2410c"
 
@@ -51,13 +51,13 @@ def draw_loops(axes: "Axes", loops: Sequence[MeanLoop], against: Sequence[MeanLo
         x, y = across * getattr(one, over), up * one.force
         kept = simplified(x, y)
         label = f"{one.current:.3g} A" if by_current else one.condition
-        shown = label not in named and number < len(loops) and (by_current or len(loops) <= LOOPS_NAMED)
+        shown = label not in named and number < len(loops) and (by_current or len(loops) <= LEGEND_MAX)
         named.add(label)
         axes.plot(
             x[kept],
             y[kept],
             color=colour(one.current)
-            if by_current or len(loops) > LOOPS_NAMED
+            if by_current or len(loops) > LEGEND_MAX
             else PALETTE[number % len(loops) % len(PALETTE)],
             lw=0.9 if number < len(loops) else 0.7,
             ls="-" if number < len(loops) else (0, (4, 2)),
@@ -98,7 +98,8 @@ def draw_peaks(axes: "Axes", conditions: Sequence[SheetCondition]) -> None:
             axes.errorbar(
                 x, up * y, up * half, marker=mark, ms=3.2, lw=0.8, capsize=1.5,
                 color=PALETTE[0] if level is None else colour(level),
-                ls="-" if name == "Fmax+" else (0, (3, 2)), label=label if len(set(levels)) <= LOOPS_NAMED // 2 else None,
+                ls="-" if name == "Fmax+" else (0, (3, 2)),
+                label=label if len(set(levels)) <= LEGEND_MAX // 2 else None,
             )  # fmt: skip
     axes.set(xlabel=f"Peak velocity ({unit})", ylabel=f"Peak force ({force})")
     axes.set_xlim(left=0.0)
@@ -118,9 +119,9 @@ def draw_history(axes: "Axes", courses: Sequence[CycleCourse]) -> str:
         mean = float(np.mean(one.force)) or 1.0
         axes.plot(
             x, 100.0 * (one.force / mean - 1.0), marker=".", ms=2.5, lw=0.6, color=PALETTE[number % len(PALETTE)],
-            label=one.condition if len(courses) <= LOOPS_NAMED else None,
+            label=one.condition if len(courses) <= LEGEND_MAX else None,
         )  # fmt: skip
-    if 1 < len(courses) <= LOOPS_NAMED:
+    if 1 < len(courses) <= LEGEND_MAX:
         axes.legend(fontsize=6, loc="best", handlelength=1.0, labelspacing=0.2)
     words = "Temperature (°C)" if warm else "Cycle"
     axes.set(xlabel=words, ylabel="Peak force off the mean (%)")
