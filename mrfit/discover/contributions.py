@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.discover.evidence import Fit, Join
+from mrfit.discover.evidence import Fit, Join, refit
 from mrfit.discover.gather import Gathering
 from mrfit.discover.refit import Refit
 from mrfit.discover.select import Selection
@@ -21,9 +21,9 @@ def contributions(gathering: Gathering, chosen: Selection, suspects: Sequence[Su
     columns: dict[str, Array] = {}
     for suspect in suspects:
         if f"with {suspect.name}" not in columns:
-            refit = gathering.refit_of(_fit_of(gathering, chosen, suspect))
-            columns[f"with {suspect.name}"] = _errors(gathering, refit, refit.theta[None, :])
-            columns[f"without {suspect.name}"] = _errors(gathering, refit, refit.neutral_theta(suspect.name))
+            found = gathering.refit_of(_fit_of(gathering, chosen, suspect))
+            columns[f"with {suspect.name}"] = _errors(gathering, found, found.theta[None, :])
+            columns[f"without {suspect.name}"] = _errors(gathering, found, found.neutral_theta(suspect.name))
     return columns
 
 
@@ -34,7 +34,7 @@ def _fit_of(gathering: Gathering, chosen: Selection, suspect: Suspect) -> Fit:
         return fit
     standing = {e: group[0] for group in (*chosen.ambiguous, *chosen.doubtful) for e in group}
     own = suspect.instead_of or standing[name]
-    return gathering.ask(Join(tuple(name if e == own else e for e in fit.effects), (fit.values,)))
+    return refit(gathering, Join(tuple(name if e == own else e for e in fit.effects), (fit.values,)))
 
 
 def _errors(gathering: Gathering, refit: Refit, theta: Array) -> Array:

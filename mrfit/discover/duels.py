@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from mrfit.discover.evidence import Fall, Fit, Join, Screening, Source, Strength
+from mrfit.discover.evidence import Fit, Join, Screening, Source, refit
 from mrfit.discover.policy import Policy
 from mrfit.discover.rules import (
     Trial,
@@ -60,9 +60,9 @@ def judge(
     if not helps(trial, inquiry.policy):
         return trial
     if not trial.overwhelms:
-        trial = replace(trial, score=inquiry.source.ask(Fall(before, after)))
+        trial = replace(trial, score=inquiry.source.fall(before, after))
     if beyond_chance(trial, inquiry.policy):
-        trial = replace(trial, strength=inquiry.source.ask(Strength(after, name)))
+        trial = replace(trial, strength=inquiry.source.strength(after, name))
     return trial
 
 
@@ -118,14 +118,15 @@ def duel(inquiry: Inquiry, present: Fit, passing: Sequence[Trial]) -> Ending:
 def _against(inquiry: Inquiry, present: Fit, ending: Ending, rival: Trial) -> Ending:
     """Put both effects in together: the one that still earns its place beside the other is real, the other a shadow."""
     winner = ending.winner
-    both = inquiry.source.ask(
+    both = refit(
+        inquiry.source,
         Join(
             (*present.effects, winner.name, rival.name),
             ({**rival.fit.values, **winner.fit.values}, winner.fit.values),
-        )
+        ),
     )
     # each is fitted again from where it came to stand beside the other, which may be lower
-    fits = [inquiry.source.ask(Join((*present.effects, t.name), (both.values,))) for t in (winner, rival)]
+    fits = [refit(inquiry.source, Join((*present.effects, t.name), (both.values,))) for t in (winner, rival)]
     again = [replace(t, fit=fit) for t, fit in zip((winner, rival), fits, strict=True)]
     if again[1].fit.holdout < again[0].fit.holdout:
         again, ending = again[::-1], replace(ending, equals=())
@@ -161,7 +162,7 @@ def _far_behind(inquiry: Inquiry, winner: Trial, rival: Trial) -> bool:
     """Return whether a rival leaves far more of held-out conditions, and significantly so."""
     if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
         return False
-    return inquiry.source.ask(Fall(rival.fit, winner.fit)) > inquiry.policy.holdout_clear
+    return inquiry.source.fall(rival.fit, winner.fit) > inquiry.policy.holdout_clear
 
 
 def _closes_less(winner: Trial) -> str:

@@ -1,16 +1,12 @@
-"""The evidence of a discovery: an immutable table of questions and answers, in the order in which they were asked.
+"""The evidence of a decision that takes the base as exact: rows of numbers, and who answers questions with them.
 
 Which refit is worth its time depends on what the last one showed. So a decision asks for one row after the other, and
-never computes one itself: ``gather`` answers by simulation and keeps the table, ``Evidence`` answers from the table.
+never computes one itself: ``gather`` answers by simulation, a ``Reader`` from a table.
 """
 
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeVar
-
-Answer = TypeVar("Answer")
-
+from typing import Protocol
 
 # --- rows
 
@@ -175,96 +171,27 @@ class Effect:
     parameters: frozenset[str] = frozenset()
 
 
-# --- questions
+# --- refits that may be asked for
 
 
 @dataclass(frozen=True)
-class Question(Generic[Answer]):
-    """What a decision may ask for."""
-
-
-@dataclass(frozen=True)
-class Screen(Question[Screening]):
-    """What each effect could add to a fit."""
-
-    present: Fit
-
-
-@dataclass(frozen=True)
-class Try(Question[Fit]):
-    """What a candidate leaves that is refitted jointly with all that is in."""
+class Try:
+    """A candidate refitted jointly with all that is in."""
 
     present: Fit
     candidate: Candidate
 
 
 @dataclass(frozen=True)
-class Join(Question[Fit]):
-    """What these effects leave together, fitted from the best of several starts."""
+class Join:
+    """Effects fitted together, from the best of several starts."""
 
     effects: tuple[str, ...]
     starts: tuple[Mapping[str, float], ...]
 
 
-@dataclass(frozen=True)
-class Search(Question[Fit]):
-    """What a fit leaves that is searched for again from many starts."""
-
-    fit: Fit
-
-
-@dataclass(frozen=True)
-class Fall(Question[float]):
-    """By how many standard errors the squared hold-out error falls."""
-
-    before: Fit
-    after: Fit
-
-
-@dataclass(frozen=True)
-class Strength(Question[float]):
-    """How many standard errors an effect of a fit is from neutral, by the clearest of its parameters."""
-
-    fit: Fit
-    effect: str
-
-
-@dataclass(frozen=True)
-class Reach(Question[float]):
-    """The share of a fit's squared training error that effects could take together, as screened at another fit."""
-
-    screened: Fit
-    effects: tuple[str, ...]
-    fit: Fit
-
-
-@dataclass(frozen=True)
-class Steadiness(Question[tuple[Growth, ...]]):
-    """How the strengths of an effect grow over the records; nothing where they may."""
-
-    fit: Fit
-    effect: str
-
-
-@dataclass(frozen=True)
-class Structure(Question[float]):
-    """The share of the squared hold-out error that a model predicts which knows no physics."""
-
-    fit: Fit
-
-
-@dataclass(frozen=True)
-class Repeats(Question[Repetition]):
-    """What of the error repeats from cycle to cycle, and whether what does not knows the output."""
-
-    fit: Fit
-
-
-# --- the table
-
-
 class Source(Protocol):
-    """What answers questions."""
+    """Answers to the questions of a decision that takes the base as exact."""
 
     @property
     def base(self) -> Fit:
@@ -278,91 +205,34 @@ class Source(Protocol):
     def library(self) -> Mapping[str, Effect]:
         """The effects that may be missing."""
 
-    def ask(self, question: Question[Answer]) -> Answer:
-        """Return the answer to one question."""
+    def refits(self, wanted: Sequence[Try | Join], labels: Sequence[str] = ()) -> Generator[Fit, None, None]:
+        """Yield refits that are known together; a label says what was done."""
 
-    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
-        """Yield the answers to questions that are known together; a label says what was done."""
+    def screen(self, present: Fit) -> Screening:
+        """Return what each effect could add to a fit."""
 
+    def search(self, fit: Fit) -> Fit:
+        """Return a fit that is searched for again from many starts."""
 
-@dataclass(frozen=True)
-class Answered:
-    """A question with its answer."""
+    def fall(self, before: Fit, after: Fit) -> float:
+        """Return by how many standard errors the squared hold-out error falls."""
 
-    question: Question[Any]
-    answer: Any
+    def strength(self, fit: Fit, effect: str) -> float:
+        """Return how many standard errors an effect of a fit is from neutral, by the clearest of its parameters."""
 
+    def reach(self, screened: Fit, effects: tuple[str, ...], fit: Fit) -> float:
+        """Return the share of a fit's squared training error that effects screened at another fit could take."""
 
-@dataclass(frozen=True)
-class Evidence:
-    """All that was asked, with the answers.
+    def growths(self, fit: Fit, effect: str) -> tuple[Growth, ...]:
+        """Return how the strengths of an effect grow over the records; nothing where they may."""
 
-    Attributes
-    ----------
-    base, noise, library
-        See ``Source``.
-    rows
-        Questions with their answers, in the order in which they were asked. A fit of the same effects may come to stand
-        lower when it is asked for again, so that the order matters.
-    """
+    def structure(self, fit: Fit) -> float:
+        """Return the share of the squared hold-out error that a model predicts which knows no physics."""
 
-    base: Fit
-    noise: float
-    library: Mapping[str, Effect]
-    rows: tuple[Answered, ...]
-
-    def read(self) -> "Reader":
-        """Return a source that answers from the rows, from the first on."""
-        return Reader(self)
+    def repetition(self, fit: Fit) -> Repetition:
+        """Return what of the error repeats from cycle to cycle, and whether what does not knows the output."""
 
 
-class Reader:
-    """Answers from a table; it is a ``Source``.
-
-    Raises
-    ------
-    LookupError
-        If the table does not hold the next question's answer: it was gathered under another policy.
-    """
-
-    def __init__(self, evidence: Evidence) -> None:
-        self.base, self.noise, self.library = evidence.base, evidence.noise, evidence.library
-        self._rows = iter(evidence.rows)
-
-    def ask(self, question: Question[Answer]) -> Answer:
-        """Return the answer in the next row."""
-        row = next(self._rows, None)
-        if row is None or row.question != question:
-            raise LookupError(f"the evidence does not answer {question}: gather it under this policy")
-        answer: Answer = row.answer
-        return answer
-
-    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
-        """Yield the answers in the next rows."""
-        return (self.ask(q) for q in questions)
-
-
-class Recorder:
-    """Keeps what another source answers; it is a ``Source``."""
-
-    def __init__(self, source: Source) -> None:
-        self.base, self.noise, self.library = source.base, source.noise, source.library
-        self._source = source
-        self._rows: list[Answered] = []
-
-    def ask(self, question: Question[Answer]) -> Answer:
-        """Return the other source's answer."""
-        answer = self._source.ask(question)
-        self._rows.append(Answered(question, answer))
-        return answer
-
-    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
-        """Yield the other source's answers."""
-        with closing(self._source.each(questions, labels)) as answers:
-            for question, answer in zip(questions, answers, strict=True):
-                self._rows.append(Answered(question, answer))
-                yield answer
-
-    def evidence(self) -> Evidence:
-        """Return the table of all that was asked so far."""
-        return Evidence(self.base, self.noise, self.library, tuple(self._rows))
+def refit(source: Source, wanted: Try | Join) -> Fit:
+    """Return one refit."""
+    return next(source.refits([wanted]))

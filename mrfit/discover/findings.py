@@ -9,7 +9,7 @@ from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover import looks
 from mrfit.discover.bench import Bench, Stretch
-from mrfit.discover.evidence import Fit, Join
+from mrfit.discover.evidence import Fit, Join, refit
 from mrfit.discover.gather import Gathering
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
@@ -174,7 +174,7 @@ def intervals_of(fit: Refit, effect: str) -> tuple[EffectParameter, ...]:
 
 def _named(gathering: Gathering, chosen: Selection, name: str) -> FoundEffect:
     final, rest = chosen.final, tuple(e for e in chosen.final.effects if e != name)
-    without = gathering.ask(Join(rest, (final.values,))) if rest else chosen.base
+    without = refit(gathering, Join(rest, (final.values,))) if rest else chosen.base
     after = gathering.refit_of(final)
     gap = gap_of(gathering.fitter.bench, gathering.refit_of(without), after)
     return FoundEffect(
@@ -203,13 +203,13 @@ def _swapped(gathering: Gathering, chosen: Selection, fit: Fit, swap: tuple[str,
     """Return what the second of two effects would be in a fit in place of the first, from which it cannot be told."""
     own, other = swap
     effects = tuple(other if e == own else e for e in fit.effects)
-    return _suspect(gathering, chosen, gathering.ask(Join(effects, (fit.values,))), other, instead_of)
+    return _suspect(gathering, chosen, refit(gathering, Join(effects, (fit.values,))), other, instead_of)
 
 
 def _suspect(gathering: Gathering, chosen: Selection, fit: Fit, name: str, instead_of: str = "") -> Suspect:
-    refit = gathering.refit_of(fit)
-    gap = gap_of(gathering.fitter.bench, gathering.refit_of(chosen.base), refit)
-    found = Suspect(name=name, parameters=intervals_of(refit, name), holdout_nrmse_after=gap.after, closed=gap.closed)
+    fitted = gathering.refit_of(fit)
+    gap = gap_of(gathering.fitter.bench, gathering.refit_of(chosen.base), fitted)
+    found = Suspect(name=name, parameters=intervals_of(fitted, name), holdout_nrmse_after=gap.after, closed=gap.closed)
     return found.model_copy(update={"instead_of": instead_of}) if instead_of else found
 
 

@@ -5,34 +5,14 @@ decision from the finished table alone.
 """
 
 from collections.abc import Generator, Mapping, Sequence
-from typing import Any
+from typing import cast
 
 from mrfit.core import registry
 from mrfit.core.progress import Progress
 from mrfit.core.specs import EffectSpec
-from mrfit.discover.evidence import (
-    Answer,
-    Candidate,
-    Effect,
-    Evidence,
-    Fall,
-    Fit,
-    Join,
-    Question,
-    Reach,
-    Recorder,
-    Repeats,
-    Repetition,
-    Screen,
-    Screening,
-    Search,
-    Source,
-    Steadiness,
-    Strength,
-    Structure,
-    Try,
-)
+from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Join, Repetition, Screening, Source, Try
 from mrfit.discover.policy import Policy
+from mrfit.discover.record import Evidence, Recorder
 from mrfit.discover.refit import Fitter, Refit, Wanted, paired_z
 from mrfit.discover.remainder import explainable, powers_by_output, repeated_error
 from mrfit.discover.screen import Screened, cosines, reach, screen
@@ -81,73 +61,63 @@ class Gathering:
         self._screened: dict[int, list[Screened]] = {}
         self.base = self._row(base)
 
-    def ask(self, question: Question[Answer]) -> Answer:
-        """Return the answer to one question."""
-        answer: Answer = self._answer(question)
-        return answer
-
-    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
+    def refits(self, wanted: Sequence[Try | Join], labels: Sequence[str] = ()) -> Generator[Fit, None, None]:
         """Yield refits one after the other, while processes make the descents of those to come."""
-        fits = self.fitter.refits([self._wanted(q) for q in questions])
-        for done, fit in enumerate(fits, 1):
-            answer: Any = self._row(fit)
+        for done, fit in enumerate(self.fitter.refits([self._wanted(one) for one in wanted]), 1):
+            found = self._row(fit)
             if labels:
-                self.progress(labels[done - 1], done, len(questions))
-            yield answer
+                self.progress(labels[done - 1], done, len(wanted))
+            yield found
 
     def refit_of(self, fit: Fit) -> Refit:
         """Return the refit that a row stands for."""
         return self._refits[fit.number]
 
-    def _answer(self, question: Question[Any]) -> Any:
-        match question:
-            case Screen(present):
-                return self._screening(present)
-            case Try() | Join():
-                return self._row(next(self.fitter.refits([self._wanted(question)])))
-            case Search(fit):
-                return self._row(self.fitter.thorough(self.refit_of(fit)))
-            case Fall(before, after):
-                return paired_z(self.refit_of(before).holdout, self.refit_of(after).holdout)
-            case Strength(fit, effect):
-                return self.refit_of(fit).strength(effect)
-            case _:
-                return self._property(question)
-
-    def _property(self, question: Question[Any]) -> Any:
-        bench = self.fitter.bench
-        match question:
-            case Reach(screened, effects, fit):
-                found = [s for name in effects for s in self._screened[screened.number] if s.candidate.name == name]
-                return reach(found, self.refit_of(fit), self.fitter.stride)
-            case Steadiness(fit, effect):
-                return growths(self.fitter, self.refit_of(fit), effect)
-            case Structure(fit):
-                refit = self.refit_of(fit)
-                return explainable(bench, refit.train, refit.holdout, self._seed)
-            case Repeats(fit):
-                refit = self.refit_of(fit)
-                powers = powers_by_output(bench, refit, self._policy.fewest_cycles)
-                return Repetition(repeated_error(bench, refit), powers)
-            case _:
-                raise TypeError(f"{type(question).__name__} is no question of a discovery")
-
-    def _wanted(self, question: Question[Any]) -> Wanted:
-        """Return the effects of a refit and where it starts from."""
-        match question:
-            case Try(present, candidate):
-                starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in AWAY]
-                return Wanted((*present.effects, candidate.name), (*starts, present.values))
-            case Join(effects, starts):
-                return Wanted(effects, starts)
-            case _:
-                raise TypeError(f"{type(question).__name__} is no refit")
-
-    def _screening(self, present: Fit) -> Screening:
+    def screen(self, present: Fit) -> Screening:
+        """Return what each effect could add to a fit."""
         found = screen(self.fitter, self.refit_of(present), self._effects, self._policy)
         self._screened[present.number] = found
         matrix = cosines([s for s in found if s.candidate.shown])
         return Screening(present, tuple(s.candidate for s in found), tuple(tuple(row) for row in matrix.tolist()))
+
+    def search(self, fit: Fit) -> Fit:
+        """Return a fit that is searched for again from many starts."""
+        return self._row(self.fitter.thorough(self.refit_of(fit)))
+
+    def fall(self, before: Fit, after: Fit) -> float:
+        """Return by how many standard errors the squared hold-out error falls."""
+        return paired_z(self.refit_of(before).holdout, self.refit_of(after).holdout)
+
+    def strength(self, fit: Fit, effect: str) -> float:
+        """Return how many standard errors an effect of a fit is from neutral."""
+        return self.refit_of(fit).strength(effect)
+
+    def reach(self, screened: Fit, effects: tuple[str, ...], fit: Fit) -> float:
+        """Return the share of a fit's squared training error that effects could take."""
+        found = [s for name in effects for s in self._screened[screened.number] if s.candidate.name == name]
+        return reach(found, self.refit_of(fit), self.fitter.stride)
+
+    def growths(self, fit: Fit, effect: str) -> tuple[Growth, ...]:
+        """Return how the strengths of an effect grow over the records."""
+        return growths(self.fitter, self.refit_of(fit), effect)
+
+    def structure(self, fit: Fit) -> float:
+        """Return the share of the squared hold-out error that a model predicts which knows no physics."""
+        refit = self.refit_of(fit)
+        return explainable(self.fitter.bench, refit.train, refit.holdout, self._seed)
+
+    def repetition(self, fit: Fit) -> Repetition:
+        """Return what of the error repeats from cycle to cycle."""
+        bench, refit = self.fitter.bench, self.refit_of(fit)
+        return Repetition(repeated_error(bench, refit), powers_by_output(bench, refit, self._policy.fewest_cycles))
+
+    def _wanted(self, wanted: Try | Join) -> Wanted:
+        """Return the effects of a refit and where it starts from."""
+        if isinstance(wanted, Join):
+            return Wanted(wanted.effects, wanted.starts)
+        present, candidate = wanted.present, wanted.candidate
+        starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in AWAY]
+        return Wanted((*present.effects, candidate.name), (*starts, present.values))
 
     def _row(self, refit: Refit) -> Fit:
         """Return the row of a refit; the same optimum has the same number."""
@@ -159,9 +129,9 @@ class Gathering:
 
 
 def gather(source: Source, policy: Policy) -> Evidence:
-    """Return all that a decision under this policy asks for, with what a source answers."""
+    """Return all that a decision under this policy asks for, with the answers of a source."""
     recorder = Recorder(source)
-    decide(recorder, policy)
+    decide(cast(Source, recorder), policy)
     return recorder.evidence()
 
 

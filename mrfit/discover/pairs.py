@@ -5,7 +5,7 @@ from contextlib import closing
 from itertools import chain, combinations
 
 from mrfit.discover.duels import Inquiry, judge
-from mrfit.discover.evidence import Fit, Join, Reach, Screening, Try
+from mrfit.discover.evidence import Fit, Join, Screening, Try
 from mrfit.discover.rules import Trial, asks_for_pairs, leaves_little
 
 
@@ -28,14 +28,14 @@ def best_pair(inquiry: Inquiry, screening: Screening, trials: Sequence[Trial]) -
     known = {c.name: c for c in screening.candidates}
     promising = _promising(inquiry, screening, alone)[: policy.most_pairs]
     lacking = [known[name] for name in dict.fromkeys(chain.from_iterable(promising)) if name not in alone]
-    tried = source.each([Try(present, c) for c in lacking])
+    tried = source.refits([Try(present, c) for c in lacking])
     alone |= {c.name: fit for c, fit in zip(lacking, tried, strict=True)}
     questions = [
         Join((*present.effects, one, other), (_together(alone[one], alone[other]), _together(alone[other], alone[one])))
         for one, other in promising
     ]
     best: Fit | None = None
-    with closing(source.each(questions, [f"refit with {one} and {other}" for one, other in promising])) as fits:
+    with closing(source.refits(questions, [f"refit with {one} and {other}" for one, other in promising])) as fits:
         for pair, both in zip(promising, fits, strict=True):
             if (best is None or both.holdout < best.holdout) and _proven(inquiry, pair, alone, both):
                 best = both
@@ -70,6 +70,6 @@ def _promising(inquiry: Inquiry, screening: Screening, alone: Mapping[str, Fit])
             *((alone[a], (b,)) for a, b in ((one, other), (other, one)) if a in alone),
         ]
         left[one, other] = min(
-            fit.train**2 * (1.0 - inquiry.source.ask(Reach(present, effects, fit))) for fit, effects in guesses
+            fit.train**2 * (1.0 - inquiry.source.reach(present, effects, fit)) for fit, effects in guesses
         )
     return sorted(left, key=lambda pair: left[pair])

@@ -18,27 +18,22 @@ step takes the evidence so far and the policy, and returns what then stands.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 from mrfit.discover.duels import Inquiry, duel, judge
 from mrfit.discover.evidence import (
     Candidate,
-    Evidence,
     Fit,
     Growth,
     Join,
-    Reach,
-    Repeats,
-    Screen,
     Screening,
-    Search,
     Source,
-    Steadiness,
-    Strength,
-    Structure,
     Try,
+    refit,
 )
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.policy import Policy
+from mrfit.discover.record import Evidence, Reader
 from mrfit.discover.rules import (
     Trial,
     below_the_rest,
@@ -135,12 +130,12 @@ def select(evidence: Evidence, policy: Policy) -> Selection:
     LookupError
         If the policy asks for a refit that the evidence does not hold.
     """
-    return decide(evidence.read(), policy)
+    return decide(cast(Source, Reader(evidence)), policy)
 
 
 def decide(source: Source, policy: Policy) -> Selection:
     """Return the same from whatever answers questions."""
-    screening = source.ask(Screen(source.base))
+    screening = source.screen(source.base)
     inquiry = Inquiry(source, policy, screening)
     grown = _grow(inquiry, Selection(source.base, source.base, source.base, screening))
     chosen = grown.chosen
@@ -149,7 +144,7 @@ def decide(source: Source, policy: Policy) -> Selection:
     chosen = replace(chosen, proven=chosen.final, doubtful=chosen.ambiguous)
     chosen = _without_drifting(inquiry, _without_below_the_rest(inquiry, chosen))
     for name in chosen.final.effects:
-        strength = source.ask(Strength(chosen.final, name))
+        strength = source.strength(chosen.final, name)
         chosen = chosen.because(name, f"its parameter is {strength:.0f} standard errors from neutral")
     return _with_verdict(inquiry, take_back(without_idle(chosen), source.noise, policy))
 
@@ -159,7 +154,7 @@ def _grow(inquiry: Inquiry, chosen: Selection) -> Round:
     first: tuple[Trial, ...] = ()
     for number in range(inquiry.policy.most_rounds):
         present = chosen.final
-        screening = inquiry.source.ask(Screen(present)) if present.effects else chosen.screening
+        screening = inquiry.source.screen(present) if present.effects else chosen.screening
         tried = _tried(inquiry, chosen, screening, number)
         chosen, first = tried.chosen, first or tried.trials
         passing = _passing(inquiry, tried.trials)
@@ -199,7 +194,7 @@ def _start_again(inquiry: Inquiry, grown: Round) -> Selection:
 def _accepted(inquiry: Inquiry, chosen: Selection, fit: Fit, equals: tuple[str, ...] = ()) -> Selection:
     """Return what stands with a fit of more effects; ``equals`` cannot be told from each other."""
     ambiguous = (*chosen.ambiguous, equals) if equals else chosen.ambiguous
-    return replace(chosen, final=inquiry.source.ask(Search(fit)), ambiguous=ambiguous)
+    return replace(chosen, final=inquiry.source.search(fit), ambiguous=ambiguous)
 
 
 def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: int) -> Round:
@@ -220,7 +215,7 @@ def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: in
 
 
 def _trials(inquiry: Inquiry, present: Fit, candidates: Sequence[Candidate], labels: Sequence[str] = ()) -> list[Trial]:
-    fits = inquiry.source.each([Try(present, c) for c in candidates], labels)
+    fits = inquiry.source.refits([Try(present, c) for c in candidates], labels)
     return [
         judge(inquiry, c.name, present, fit, None, inquiry.alike(c.name))
         for c, fit in zip(candidates, fits, strict=True)
@@ -230,7 +225,7 @@ def _trials(inquiry: Inquiry, present: Fit, candidates: Sequence[Candidate], lab
 def _rest(inquiry: Inquiry, final: Fit, name: str) -> Fit | None:
     """Return the fit of all effects but one; None if there are no others."""
     rest = tuple(e for e in final.effects if e != name)
-    return inquiry.source.ask(Join(rest, (final.values,))) if rest else None
+    return refit(inquiry.source, Join(rest, (final.values,))) if rest else None
 
 
 def _without_shadows(inquiry: Inquiry, chosen: Selection) -> Selection:
@@ -273,7 +268,7 @@ def _rivals(inquiry: Inquiry, chosen: Selection, name: str, rest: Fit) -> list[C
         for c in inquiry.screening.candidates
         if not c.reason
         and c.name not in chosen.final.effects
-        and (c.name in aliases or inquiry.source.ask(Reach(inquiry.base, (c.name,), rest)) > policy.worth_a_duel)
+        and (c.name in aliases or inquiry.source.reach(inquiry.base, (c.name,), rest) > policy.worth_a_duel)
     ]
     return sorted(rivals, key=lambda c: (c.name not in aliases, -c.gain))[: policy.most_rivals]
 
@@ -293,7 +288,7 @@ def _without_below_the_rest(inquiry: Inquiry, chosen: Selection) -> Selection:
 def _without_drifting(inquiry: Inquiry, chosen: Selection) -> Selection:
     """Take out effects that follow a drift: their strength changes within the records, which it cannot."""
     for name in chosen.final.effects:
-        growths = inquiry.source.ask(Steadiness(chosen.final, name))
+        growths = inquiry.source.growths(chosen.final, name)
         found = drift(growths, inquiry.policy)
         if found is not None:
             rest = _rest(inquiry, chosen.final, name) or inquiry.base
@@ -330,7 +325,7 @@ def take_back(chosen: Selection, noise: float, policy: Policy) -> Selection:
 
 
 def _with_verdict(inquiry: Inquiry, chosen: Selection) -> Selection:
-    structure = inquiry.source.ask(Structure(chosen.final))
+    structure = inquiry.source.structure(chosen.final)
     return replace(chosen, structure=structure, verdict=_verdict(inquiry, chosen, structure))
 
 
@@ -345,4 +340,4 @@ def _verdict(inquiry: Inquiry, chosen: Selection, structure: float) -> str:
         told = chosen.taken_back or structure > policy.structure
         return word_of_unknown_noise(final.holdout, noise, told, policy)
     left = clearly_left(final.holdout, structure, chosen.taken_back, policy)
-    return "unexplained" if left or goes_on(inquiry.source.ask(Repeats(final)), policy) else "none"
+    return "unexplained" if left or goes_on(inquiry.source.repetition(final), policy) else "none"

@@ -1,5 +1,6 @@
 """What is drawn of a suspect is its force and what the measurement leaves without it: a planted mass by closed form."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -40,11 +41,11 @@ def gathering(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
     asked: list[Join] = []
 
-    def ask(question: Join) -> Fit:
-        asked.append(question)
-        return Fit(9, question.effects, 1.0, 1.0)
+    def refits(wanted: list[Join]) -> Iterator[Fit]:
+        asked.extend(wanted)
+        return (Fit(9, one.effects, 1.0, 1.0) for one in wanted)
 
-    return SimpleNamespace(fitter=SimpleNamespace(bench=bench), refit_of=refit_of, ask=ask, asked=asked)
+    return SimpleNamespace(fitter=SimpleNamespace(bench=bench), refit_of=refit_of, refits=refits, asked=asked)
 
 
 def test_the_force_of_a_planted_mass_is_what_the_measurement_leaves_without_it(gathering: Any) -> None:

@@ -10,7 +10,7 @@ from mrfit.core import registry
 from mrfit.core.progress import silent
 from mrfit.discover.bench import build_bench
 from mrfit.discover.duels import Inquiry, duel, judge
-from mrfit.discover.evidence import Fit, Join, Screen, Try
+from mrfit.discover.evidence import Fit, Join, Try, refit
 from mrfit.discover.gather import Gathering
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.policy import STANDARD
@@ -30,14 +30,14 @@ def inquiry_of(folder: Path, mass: float, drag: float) -> Inquiry:
     bench = build_bench(segments, load_recordings(study, segments), assemble("tanh"), EFFECTS)
     fitter = Fitter(bench, "tanh", None, {}, {}, lambda effects, point: None)
     gathering = Gathering(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)
-    return Inquiry(gathering, STANDARD, gathering.ask(Screen(gathering.base)))
+    return Inquiry(gathering, STANDARD, gathering.screen(gathering.base))
 
 
 def found_in(folder: Path, mass: float, drag: float) -> Fit | None:
     """Return the best pair among three effects, of which only friction was tried alone."""
     inquiry = inquiry_of(folder, mass, drag)
     friction = next(c for c in inquiry.screening.candidates if c.name == "coulomb-friction")
-    tried = inquiry.source.ask(Try(inquiry.base, friction))
+    tried = refit(inquiry.source, Try(inquiry.base, friction))
     return best_pair(inquiry, inquiry.screening, [judge(inquiry, friction.name, inquiry.base, tried)])
 
 
@@ -60,9 +60,9 @@ def test_a_rival_that_ended_in_a_local_minimum_is_fitted_again_from_where_it_sta
     poor = {**base.values, "inertia.m": 1.0}
     cube = gathering.fitter.cube(["inertia"])
     gathering.fitter.known["inertia",] = cube.to_points(np.array([[poor[p.name] for p in cube.params]]))[0]
-    astray = judge(inquiry, "inertia", base, gathering.ask(Join(("inertia",), (poor,))))
+    astray = judge(inquiry, "inertia", base, refit(gathering, Join(("inertia",), (poor,))))
     drag = next(c for c in inquiry.screening.candidates if c.name == "quadratic-drag")
-    other = judge(inquiry, drag.name, base, gathering.ask(Try(base, drag)))
+    other = judge(inquiry, drag.name, base, refit(gathering, Try(base, drag)))
     ending = duel(inquiry, base, [astray, other])
     assert astray.fit.holdout > 1.5 > 1.1 > ending.winner.fit.holdout
     assert (ending.winner.name, ending.equals) == ("inertia", ())
@@ -72,7 +72,7 @@ def refits_of_pairs(world: World, policy: object = STANDARD) -> int:
     inquiry = Inquiry(world, STANDARD, world.ask_screening())
     inquiry = replace(inquiry, policy=policy)  # type: ignore[arg-type]
     best_pair(inquiry, inquiry.screening, [])
-    return sum(isinstance(q, Join) for q in world.asked)
+    return sum(isinstance(q[1], Join) for q in world.asked)
 
 
 def test_no_more_pairs_are_refitted_than_the_policy_allows_and_none_after_one_that_leaves_little() -> None:

@@ -12,7 +12,7 @@ from mrfit.core.specs import Invariance
 from mrfit.discover import laws, looks, rules
 from mrfit.discover.bench import build_bench
 from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
-from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening
+from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening, Try
 from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.regions import Region, beyond_training, in_words
@@ -128,8 +128,8 @@ def asked_rivals(reach: float, count: int = 1) -> Rule:
     def fires(policy: Policy) -> bool:
         world.asked.clear()
         decide(world, replace(policy, most_refits=2))
-        tried = {q.candidate.name for q in world.asked if hasattr(q, "candidate") and q.present.effects == ("b",)}
-        return tried >= set(others)
+        tried = [q[1] for q in world.asked if isinstance(q[1], Try)]
+        return {t.candidate.name for t in tried if t.present.effects == ("b",)} >= set(others)
 
     return fires
 

@@ -10,7 +10,7 @@ from mrfit.core import registry
 from mrfit.core.progress import silent
 from mrfit.core.specs import EffectSpec
 from mrfit.discover.bench import build_bench
-from mrfit.discover.evidence import Join, Reach, Screen
+from mrfit.discover.evidence import Join, refit
 from mrfit.discover.gather import Gathering, gather
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Fitter
@@ -67,7 +67,7 @@ def test_an_input_that_must_move_and_does_not_shows_nothing(fitter: Fitter) -> N
 
 def test_directions_are_free_of_what_the_base_could_follow(fitter: Fitter) -> None:
     source = gathering(fitter)
-    screening = source.ask(Screen(source.base))
+    screening = source.screen(source.base)
     found = screen(fitter, fitter.first(0), EFFECTS, STANDARD)
     shown = [s for s in found if len(s.direction)]
     assert screening.shown == tuple(s.candidate.name for s in shown)
@@ -81,18 +81,18 @@ def test_directions_are_free_of_what_the_base_could_follow(fitter: Fitter) -> No
 
 def test_together_two_could_take_no_less_than_either(fitter: Fitter) -> None:
     source = gathering(fitter)
-    source.ask(Screen(source.base))
+    source.screen(source.base)
     one, other, both = (
-        source.ask(Reach(source.base, names, source.base))
+        source.reach(source.base, names, source.base)
         for names in (("inertia",), ("quadratic-drag",), ("inertia", "quadratic-drag"))
     )
     assert both >= max(one, other) - 1e-12 and 0.0 <= one <= 1.0
-    assert source.ask(Reach(source.base, ("temperature",), source.base)) == 0.0
+    assert source.reach(source.base, ("temperature",), source.base) == 0.0
 
 
 def test_the_same_optimum_is_one_row_and_the_decision_from_the_table_is_that_of_the_simulation(fitter: Fitter) -> None:
     source = gathering(fitter)
-    (twice, again) = (source.ask(Join(("inertia",), (source.base.values,))) for _ in range(2))
+    (twice, again) = (refit(source, Join(("inertia",), (source.base.values,))) for _ in range(2))
     assert twice.number == again.number != source.base.number
     evidence = gather(source, STANDARD)
     chosen = select(evidence, STANDARD)

@@ -4,26 +4,7 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mrfit.discover.evidence import (
-    Answer,
-    Candidate,
-    Effect,
-    Fall,
-    Fit,
-    Growth,
-    Join,
-    Question,
-    Reach,
-    Repeats,
-    Repetition,
-    Screen,
-    Screening,
-    Search,
-    Steadiness,
-    Strength,
-    Structure,
-    Try,
-)
+from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Join, Repetition, Screening, Try
 
 UNCLEAR, CLEAR = 0.1, 50.0
 
@@ -51,7 +32,7 @@ class World:
         Of an effect.
     shapes
         Where in its range an effect's shape parameters end.
-    growths, structure, repetition
+    growing, predicted, repeating
         What else is asked of a fit.
     searched
         Error of a set of effects when it is searched for again from many starts.
@@ -64,13 +45,13 @@ class World:
     falls: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     shapes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    growths: Mapping[str, Growth] = field(default_factory=dict)
-    structure: float = 0.0
-    repetition: Repetition = field(default_factory=lambda: Repetition(0.0))
+    growing: Mapping[str, Growth] = field(default_factory=dict)
+    predicted: float = 0.0
+    repeating: Repetition = field(default_factory=lambda: Repetition(0.0))
     searched: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     reaches: Mapping[str, float] = field(default_factory=dict)
     unseen: tuple[str, ...] = ()
-    asked: list[Question[Any]] = field(default_factory=list)
+    asked: list[tuple[Any, ...]] = field(default_factory=list)
 
     @property
     def names(self) -> list[str]:
@@ -98,49 +79,54 @@ class World:
         """Return the first screening."""
         return self._screening(self.base)
 
-    def ask(self, question: Question[Answer]) -> Answer:
-        """Return the answer to one question."""
-        self.asked.append(question)
-        answer: Answer = self._answer(question)
-        return answer
+    def refits(self, wanted: Sequence[Try | Join], labels: Sequence[str] = ()) -> Generator[Fit, None, None]:
+        """Yield the fits of several sets of effects."""
+        for one in wanted:
+            self.asked.append(("refits", one))
+            own = (*one.present.effects, one.candidate.name) if isinstance(one, Try) else one.effects
+            yield self.fitted(own)
 
-    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
-        """Yield the answers to several."""
-        return (self.ask(q) for q in questions)
+    def screen(self, present: Fit) -> Screening:
+        """Return the screening at a fit."""
+        self.asked.append(("screen", present))
+        return self._screening(present)
 
-    def _answer(self, question: Question[Any]) -> Any:
-        match question:
-            case Screen(present):
-                return self._screening(present)
-            case Try(present, candidate):
-                return self.fitted((*present.effects, candidate.name))
-            case Join(effects, _):
-                return self.fitted(effects)
-            case Search(found):
-                error = self.searched.get(found.effects, found.holdout)
-                return found if error == found.holdout else fit(error, *found.effects)
-            case Fall(_, after):
-                return self.falls.get(after.effects, CLEAR)
-            case Strength(found, effect):
-                own = self.strengths.get(effect, CLEAR)
-                return self.strengths.get(f"{effect} in {'+'.join(found.effects)}", own)
-            case _:
-                return self._property(question)
+    def search(self, found: Fit) -> Fit:
+        """Return the fit of a set of effects that is searched for again."""
+        self.asked.append(("search", found))
+        error = self.searched.get(found.effects, found.holdout)
+        return found if error == found.holdout else fit(error, *found.effects)
 
-    def _property(self, question: Question[Any]) -> Any:
-        match question:
-            case Reach(_, effects, found):
-                # to first order a set takes what its fit takes
-                left = self.fitted((*found.effects, *effects)).holdout ** 2 / found.holdout**2
-                return self.reaches.get(effects[0], 1.0 - left)
-            case Steadiness(_, effect):
-                return (self.growths[effect],) if effect in self.growths else ()
-            case Structure():
-                return self.structure
-            case Repeats():
-                return self.repetition
-            case _:
-                raise TypeError(question)
+    def fall(self, before: Fit, after: Fit) -> float:
+        """Return how clear the fall to a set of effects is."""
+        self.asked.append(("fall", before, after))
+        return self.falls.get(after.effects, CLEAR)
+
+    def strength(self, found: Fit, effect: str) -> float:
+        """Return how clear an effect is."""
+        self.asked.append(("strength", found, effect))
+        return self.strengths.get(f"{effect} in {'+'.join(found.effects)}", self.strengths.get(effect, CLEAR))
+
+    def reach(self, screened: Fit, effects: tuple[str, ...], found: Fit) -> float:
+        """Return what effects could take; to first order a set takes what its fit takes."""
+        self.asked.append(("reach", screened, effects, found))
+        left = self.fitted((*found.effects, *effects)).holdout ** 2 / found.holdout**2
+        return self.reaches.get(effects[0], 1.0 - left)
+
+    def growths(self, found: Fit, effect: str) -> tuple[Growth, ...]:
+        """Return how an effect grows over the records."""
+        self.asked.append(("growths", found, effect))
+        return (self.growing[effect],) if effect in self.growing else ()
+
+    def structure(self, found: Fit) -> float:
+        """Return what a model without physics predicts."""
+        self.asked.append(("structure", found))
+        return self.predicted
+
+    def repetition(self, found: Fit) -> Repetition:
+        """Return what repeats."""
+        self.asked.append(("repetition", found))
+        return self.repeating
 
     def _screening(self, present: Fit) -> Screening:
         names = [n for n in self.names if n not in present.effects]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.discover.invariance.nuisance import FULL
+from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import added, is_place, step_of
 from mrfit.discover.invariance.setting import Setting, State
 

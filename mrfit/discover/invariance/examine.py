@@ -13,7 +13,7 @@ import numpy as np
 from mrfit.core.protocols import Effect
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import Base, none
-from mrfit.discover.invariance.choice import Chosen, chosen_effects
+from mrfit.discover.invariance.choice import Chosen, choose
 from mrfit.discover.invariance.estimate import table
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
@@ -25,16 +25,14 @@ from mrfit.discover.invariance.findings import (
     Tier,
     TurnedDown,
 )
-from mrfit.discover.invariance.generic import broken
-from mrfit.discover.invariance.horizon import FURTHER, held_further
 from mrfit.discover.invariance.law_gap import law_gap
 from mrfit.discover.invariance.owned import lawful, owns
 from mrfit.discover.invariance.policy import STANDARD, Policy
 from mrfit.discover.invariance.records import Record, with_steady_currents
+from mrfit.discover.invariance.regression import FURTHER, Regression, arrays
+from mrfit.discover.invariance.selection import Described, LawSource, State
 from mrfit.discover.invariance.sensitivity import Examined, examined, missing
 from mrfit.discover.invariance.setting import Setting, setting_of
-from mrfit.discover.invariance.standing import Described
-from mrfit.discover.invariance.unnamed import held_beside_unnamed
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
 
 TIERS: dict[Invariance, Tier] = {
@@ -80,19 +78,20 @@ def examine(
     if setting.rows < policy.rows_for_a_column * columns:
         return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
     further = setting_of(records, base.terms, able, policy, FURTHER)
-    chosen = held_further(setting, further, chosen_effects(setting, policy), policy)
-    chosen, unnamed = held_beside_unnamed(setting, chosen, policy)
-    weights = weights_of(setting, chosen.state)
+    regression = Regression(setting, further, policy)
+    chosen, unnamed = choose(regression, policy)
+    state = arrays(chosen.state)
+    weights = weights_of(setting, state)
     plain = table(setting, weights_of(setting, {}), {})
     alone = rms(residuals(setting, {}, plain))
-    made = table(setting, weights, chosen.state)
-    after = rms(residuals(setting, chosen.state, made))
-    gap = law_gap(setting, base.response, chosen.state, made, (alone, after))
+    made = table(setting, weights, state)
+    after = rms(residuals(setting, state, made))
+    gap = law_gap(setting, base.response, state, made, (alone, after))
     return Findings(
         named=tuple(_named(setting, d, chosen.rivals.get(d.row.name, ())) for d in chosen.found),
         turned_down=tuple(_turned_down(setting, chosen)),
         confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
-        broken=tuple(_broken(further, unnamed, chosen, policy)),
+        broken=_broken(regression, unnamed, chosen.state),
         errors=Errors(
             _base_error(setting, base.response),
             alone,
@@ -143,14 +142,10 @@ def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Exam
     return lawful(base, records, able, [bare.law(k, {}).values for k in range(len(records))])
 
 
-def _broken(
-    further: Setting, found: Sequence[BrokenInvariance], chosen: Chosen, policy: Policy
-) -> list[BrokenInvariance]:
+def _broken(source: LawSource, found: tuple[BrokenInvariance, ...], state: State) -> tuple[BrokenInvariance, ...]:
     """Return the invariances that something without a name breaks, also where a law may remember for longer."""
-    if not found:
-        return []
-    still = {b.invariance for b in broken(further, weights_of(further, chosen.state), chosen.state, policy)}
-    return [b for b in found if b.invariance in still]
+    still = {b.invariance for b in source.broken(state, True)} if found else ()
+    return tuple(b for b in found if b.invariance in still)
 
 
 def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> NamedEffect:

@@ -25,7 +25,6 @@ from mrfit.kernels.filters import lag
 from mrfit.kernels.memory import since_reversal, travel_memory
 
 LEVELS = ("base", "static", "travel", "time", "relaxation")
-TRAVEL, TIME, FULL = 2, 3, 4
 STEEPNESS = (0.008, 0.02, 0.05, 0.12, 0.3, 0.7)
 LENGTHS = (0.01, 0.03, 0.08, 0.2)
 NEAR, AMPLITUDE_NEAR, PLACE_NEAR = (0.05, 0.3), (0.03, 0.1), (0.02, 0.05, 0.1)

@@ -7,8 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index, Invariance
 from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, plain_table, rows_of, table
-from mrfit.discover.invariance.nuisance import FULL, TIME
-from mrfit.discover.invariance.selection import Candidate, Pair, Screening
+from mrfit.discover.invariance.selection import FULL, TIME, Candidate, Pair, Screening
 from mrfit.discover.invariance.sensitivity import Examined, added, moved, starts
 from mrfit.discover.invariance.setting import Setting, State
 
@@ -46,7 +45,7 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screen
     best: dict[str, Candidate] = {}
     for level in (FULL, TIME):
         for offset in (True, False):
-            chosen = [k for k, t in enumerate(tried) if _level(t.effect) == level and t.offset is offset]
+            chosen = [k for k, t in enumerate(tried) if level_of(t.effect) == level and t.offset is offset]
             for row in _judged(setting, made, [tried[k] for k in chosen], np.array(chosen, dtype=np.int64), level):
                 if row.name not in best or row.rank > best[row.name].rank:
                     best[row.name] = row
@@ -130,13 +129,9 @@ def of_place(effect: Examined) -> bool:
     return effect.breaks.invariance is Invariance.POSITION
 
 
-def _level(effect: Examined) -> int:
-    return FULL if effect.breaks.relaxation else TIME
-
-
 def level_of(effect: Examined) -> int:
     """Return the highest level of the nuisance beside which an effect can be told."""
-    return _level(effect)
+    return FULL if effect.breaks.relaxation else TIME
 
 
 def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Index, level: int) -> list[Candidate]:

@@ -2,9 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
-from mrfit.discover.invariance.findings import Standing
+from mrfit.core.specs import Invariance
+from mrfit.discover.invariance.findings import BrokenInvariance, Parameter, Standing
 from mrfit.discover.invariance.policy import Policy
+
+# Levels of the nuisance
+TRAVEL, TIME, FULL = 2, 3, 4
+# Two-sided 95 %
+QUANTILE = 0.975
 
 
 @dataclass(frozen=True)
@@ -99,6 +106,77 @@ class Refined:
     beyond: float = 0.0
     numbers: int = 1
     unsure: float = 0.0
+
+
+@dataclass(frozen=True)
+class Described:
+    """An effect of a state: the row that is decided on, its parameters and its largest force with intervals."""
+
+    row: Refined
+    parameters: tuple[Parameter, ...]
+    force: Parameter
+
+
+State = Mapping[str, tuple[float, ...]]
+"""Effects that are taken to be there, each with its parameters."""
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """The best law beside effects at their best numbers, and how clearly those that were asked for show."""
+
+    state: State
+    described: tuple[Described, ...]
+
+
+@dataclass(frozen=True)
+class TestedEffect:
+    """An effect of the library as it is tested.
+
+    Attributes
+    ----------
+    invariance
+        What it breaks.
+    level
+        Highest level of the nuisance beside which it can be told.
+    constant
+        Whether it adds a force that nothing changes.
+    """
+
+    invariance: Invariance
+    level: int
+    constant: bool
+
+
+class LawSource(Protocol):
+    """Answers to the questions of a decision that takes no law as given.
+
+    Samples are weighed by the residual of the best law with the effects ``weighed``; a law remembers twice as long
+    where ``longer``.
+    """
+
+    @property
+    def library(self) -> Mapping[str, TestedEffect]:
+        """The effects that can be tested."""
+
+    @property
+    def groups(self) -> int:
+        """Number of groups of samples from which an error is told."""
+
+    def screen(self, state: State, weighed: State) -> Screening:
+        """Return what each effect, and every two, could add to a state."""
+
+    def refit(self, start: State, weighed: State, names: Sequence[str], level: int, longer: bool = False) -> LawFit:
+        """Return effects at their best numbers beside the best law up to a level, with the standing of some."""
+
+    def left(self, state: State, longer: bool = False) -> float:
+        """Return the mean squared error that the best law leaves beside effects as they are."""
+
+    def broken(self, state: State, longer: bool = False) -> tuple[BrokenInvariance, ...]:
+        """Return the invariances that something without a name breaks, the clearest first."""
+
+    def beside(self, state: State, name: str, invariance: Invariance) -> tuple[float, float]:
+        """Return share and standard errors of an effect beside the flexible terms of an invariance."""
 
 
 def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[list[Candidate], list[Candidate]]:

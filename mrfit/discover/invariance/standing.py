@@ -1,7 +1,6 @@
 """How clearly an effect shows beside the best law: scatter over conditions and nuisances, and what it predicts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t as student
@@ -10,14 +9,11 @@ from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.estimate import Fitted, Table, squares, table
 from mrfit.discover.invariance.findings import Parameter, Standing
-from mrfit.discover.invariance.nuisance import FULL, TIME, TRAVEL
 from mrfit.discover.invariance.screening import contribution, early, level_of
-from mrfit.discover.invariance.selection import Refined
+from mrfit.discover.invariance.selection import FULL, QUANTILE, TIME, TRAVEL, Described, Refined
 from mrfit.discover.invariance.setting import Setting
 
 TINY = 1e-300
-# Two-sided 95 %
-QUANTILE = 0.975
 # What smoothing, sampling and the forms of effects are good for, as a share of a value: no interval is narrower. On
 # generated records of four laws 92 % of the intervals held the truth with 2 %, 96 % with 3 % and more
 ACCURACY = 0.04
@@ -27,15 +23,6 @@ LARGEST = "largest force"
 # Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
 # one another may leave to be thought of as the law
 LADDER, ADEQUATE = (TRAVEL, TIME, FULL), 2.0
-
-
-@dataclass(frozen=True)
-class Described:
-    """An effect of a state: the row that is decided on, its parameters and its largest force with intervals."""
-
-    row: Refined
-    parameters: tuple[Parameter, ...]
-    force: Parameter
 
 
 def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: str) -> Described:

@@ -9,9 +9,9 @@ from mrfit.core.registry import load
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.estimate import refine, rows_of, squares, table
-from mrfit.discover.invariance.nuisance import FULL, TRAVEL
 from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.screening import screened
+from mrfit.discover.invariance.selection import FULL, TRAVEL
 from mrfit.discover.invariance.sensitivity import Examined, examined
 from mrfit.discover.invariance.setting import Setting, setting_of
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of

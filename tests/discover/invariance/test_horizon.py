@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,15 +11,17 @@ from scipy.stats import t as student
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.choice import Chosen, chosen_effects
+from mrfit.discover.invariance.choice import Chosen, beside_longer_memory, choose, chosen_effects
 from mrfit.discover.invariance.estimate import RIDGE, refine, rows_of
 from mrfit.discover.invariance.generic import broken
-from mrfit.discover.invariance.horizon import FURTHER, held_further
 from mrfit.discover.invariance.policy import STANDARD
+from mrfit.discover.invariance.regression import FURTHER, Regression, arrays
+from mrfit.discover.invariance.selection import LawSource
 from mrfit.discover.invariance.sensitivity import examined
 from mrfit.discover.invariance.setting import Setting, State, setting_of
 from mrfit.discover.invariance.standing import described
 from mrfit.discover.invariance.weights import weights_of
+from mrfit.discover.record import Reader, Recorder
 from tests.discover.invariance.specimens import HALF_STROKE, Force, records
 
 
@@ -28,20 +31,34 @@ def setting(effect: Force, horizon: float = 1.0) -> Setting:
     return setting_of(rows, none(rows).terms, [own], STANDARD, horizon)
 
 
+def regression(effect: Force) -> Regression:
+    return Regression(setting(effect), setting(effect, FURTHER), STANDARD)
+
+
 def spring(channels: Mapping[str, Array], force: Array) -> Array:
     return force + 4e3 * channels["displacement"]
 
 
 def test_a_name_that_holds_with_twice_the_memory_stays_and_another_goes() -> None:
-    own, further = setting(spring), setting(spring, FURTHER)
-    chosen = chosen_effects(own, STANDARD)
+    source = regression(spring)
+    chosen = chosen_effects(source, STANDARD)
     assert set(chosen.state) == {"gas-spring"}
-    assert set(held_further(own, further, chosen, STANDARD).state) == {"gas-spring"}
+    assert set(beside_longer_memory(source, chosen, STANDARD).state) == {"gas-spring"}
     strict = replace(STANDARD, clear=1e9, clear_of_most=1e9, no_rival=np.inf)
-    dropped = held_further(own, further, chosen, strict)
+    dropped = beside_longer_memory(source, chosen, strict)
     assert dropped.state == {}
     assert dropped.found == ()
     assert "remembers for longer" in dropped.reasons["gas-spring"]
+
+
+def test_the_decision_from_the_recorded_answers_is_that_of_the_regression() -> None:
+    recorder = Recorder(regression(spring))
+    chosen = choose(cast(LawSource, recorder), STANDARD)
+    assert set(chosen[0].state) == {"gas-spring"}
+    evidence = recorder.evidence()
+    assert choose(cast(LawSource, Reader(evidence)), STANDARD) == chosen
+    with pytest.raises(LookupError, match="the evidence does not answer"):
+        choose(cast(LawSource, Reader(evidence)), replace(STANDARD, worth_refining=20.0))
 
 
 def left(of: Setting, state: State) -> float:
@@ -54,22 +71,23 @@ def left(of: Setting, state: State) -> float:
 
 @pytest.mark.parametrize(("factor", "stands"), [(0.99, True), (1.01, False)])
 def test_a_longer_memory_that_leaves_more_than_the_effect_is_no_rival(factor: float, stands: bool) -> None:
-    own, further = setting(spring), setting(spring, FURTHER)
-    chosen = chosen_effects(own, STANDARD)
-    ratio = left(further, {}) / left(own, chosen.state)
+    own, further, source = setting(spring), setting(spring, FURTHER), regression(spring)
+    chosen = chosen_effects(source, STANDARD)
+    ratio = left(further, {}) / left(own, arrays(chosen.state))
     policy = replace(STANDARD, clear=1e9, clear_of_most=1e9, no_rival=ratio * factor)
-    assert bool(held_further(own, further, chosen, policy).state) is stands
+    assert bool(beside_longer_memory(source, chosen, policy).state) is stands
 
 
 def test_intervals_know_how_much_a_longer_memory_moves_a_value() -> None:
-    own, further = setting(spring), setting(spring, FURTHER)
-    chosen = chosen_effects(own, STANDARD)
-    (before,), (after,) = chosen.found, held_further(own, further, chosen, STANDARD).found
+    further, source = setting(spring, FURTHER), regression(spring)
+    chosen = chosen_effects(source, STANDARD)
+    (before,), (after,) = chosen.found, beside_longer_memory(source, chosen, STANDARD).found
     k, wider = before.parameters[0], after.parameters[0]
     assert None not in (k.low, k.high, wider.low, wider.high)
     assert wider.value == k.value
-    again = refine(further, weights_of(further, chosen.state), chosen.state)
-    moved = described(further, weights_of(further, chosen.state), again, "gas-spring").parameters[0].value - k.value
+    weights = weights_of(further, arrays(chosen.state))
+    again = refine(further, weights, arrays(chosen.state))
+    moved = described(further, weights, again, "gas-spring").parameters[0].value - k.value
     quantile = student.ppf(0.975, further.count - 1)
     half = np.hypot(0.5 * (k.high - k.low), quantile * moved)
     assert 0.5 * (wider.high - wider.low) == pytest.approx(half, rel=1e-9)
@@ -77,8 +95,7 @@ def test_intervals_know_how_much_a_longer_memory_moves_a_value() -> None:
 
 
 def test_nothing_chosen_stays_nothing() -> None:
-    own, chosen = setting(spring), Chosen()
-    assert held_further(own, setting(spring, FURTHER), chosen, STANDARD).state == {}
+    assert beside_longer_memory(regression(spring), Chosen(), STANDARD).state == {}
 
 
 @pytest.mark.parametrize(("factor", "told"), [(0.99, True), (1.01, False)])

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Array
-from mrfit.discover.invariance.nuisance import FULL, LEVELS, columns, motion_of, scales_of
+from mrfit.discover.invariance.nuisance import LEVELS, columns, motion_of, scales_of
 from mrfit.discover.invariance.records import Record
+from mrfit.discover.invariance.selection import FULL
 from tests.discover.invariance.specimens import records
 
 

@@ -8,14 +8,12 @@ import pytest
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.choice import Chosen
-from mrfit.discover.invariance.estimate import refine
+from mrfit.discover.invariance.choice import Chosen, beside_unnamed, overshadowed
 from mrfit.discover.invariance.policy import STANDARD
+from mrfit.discover.invariance.regression import Regression
+from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import examined
-from mrfit.discover.invariance.setting import Setting, setting_of
-from mrfit.discover.invariance.standing import described
-from mrfit.discover.invariance.unnamed import held_beside_unnamed, overshadowed
-from mrfit.discover.invariance.weights import weights_of
+from mrfit.discover.invariance.setting import setting_of
 from tests.discover.invariance.specimens import Force, records
 
 SPRING = "gas-spring"
@@ -30,20 +28,21 @@ def uneven_with_spring(channels: Mapping[str, Array], force: Array) -> Array:
     return uneven(channels, force) + 2e3 * channels["displacement"]
 
 
-def forced(force: Force) -> tuple[Setting, Chosen]:
+def forced(force: Force) -> tuple[Regression, Chosen]:
     """Return records and a spring that is taken to be there."""
     rows, own = records(force), examined(load("effect", SPRING))
     assert own is not None
     setting = setting_of(rows, none(rows).terms, [own], STANDARD)
-    weights = weights_of(setting, {})
-    fitted = refine(setting, weights, {SPRING: own.at(np.array(own.spec.neutral), 0, 2e3)})
-    return setting, Chosen(state=dict(fitted.state), found=(described(setting, weights, fitted, SPRING),))
+    source = Regression(setting, setting, STANDARD)
+    start = tuple(own.at(np.array(own.spec.neutral), 0, 2e3).tolist())
+    fit = source.refit({SPRING: start}, {}, (SPRING,), FULL)
+    return source, Chosen(state=fit.state, found=fit.described)
 
 
 @pytest.mark.parametrize(("force", "stands"), [(uneven, False), (uneven_with_spring, True)])
 def test_a_spring_stands_beside_a_larger_force_that_is_not_odd_only_if_it_is_there(force: Force, stands: bool) -> None:
-    setting, chosen = forced(force)
-    held, unnamed = held_beside_unnamed(setting, chosen, STANDARD)
+    source, chosen = forced(force)
+    held, unnamed = beside_unnamed(source, chosen, STANDARD)
     share = chosen.found[0].row.standing.share
     assert overshadowed(share, unnamed[0].share)
     assert [b.invariance for b in unnamed] == [Invariance.ODDNESS]
