@@ -23,10 +23,10 @@ from mrfit.api.preparing import as_asked, prepared
 from mrfit.core.progress import silent
 from mrfit.discover.bench import build_bench, effects_for
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.records import Record, from_block, with_steady_currents
 from mrfit.discover.invariance.setting import setting_of
 from mrfit.discover.invariance.weights import weights_of
+from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import assemble
 
 SIZE = 0.12

@@ -1,21 +1,20 @@
-"""The table of a discovery's thresholds, of the fields of its policy and the comments before them."""
+"""The table of a discovery's thresholds: value, meaning and what set it."""
 
-import inspect
-import re
+from typing import Any
 
 from docs.reference.markdown import plain, table
-from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.policy import SECTIONS
 
 
 def page() -> str:
-    """Return the table; thresholds of one comment share its meaning."""
-    rows, meaning = [], []
-    fresh = True
-    for line in inspect.getsource(Policy).split("\n"):
-        if comment := re.match(r"    # (?!---)(.*)", line):
-            meaning = [comment[1]] if fresh else [*meaning, comment[1]]
-            fresh = False
-        elif field := re.match(r"    (\w+): \w+ = ", line):
-            rows.append([f"`{field[1]}`", f"{getattr(STANDARD, field[1]):g}", plain(" ".join(meaning))])
-            fresh = True
-    return table(("threshold", "value", "meaning"), rows) + "\n"
+    """Return the table."""
+    rows = [
+        [f"`{name}`", _text(own.value), plain(own.meaning), plain(own.what_set_it), plain(title)]
+        for title, section in SECTIONS.items()
+        for name, own in section.items()
+    ]
+    return table(("threshold", "value", "meaning", "what set it", "part of a discovery"), rows) + "\n"
+
+
+def _text(value: Any) -> str:
+    return ", ".join(f"{number:g}" for number in (value if isinstance(value, tuple) else (value,)))

@@ -7,11 +7,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from mrfit.core.specs import Array
+from mrfit.discover.policy import STANDARD
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, excess
-
-# A condition that alone determines a direction has no leverage to spare: its score is not blown up beyond all bounds
-MOST_LEVERAGE = 0.95
-FEWEST_CLUSTERS = 3
 
 
 def clustered(
@@ -36,7 +33,7 @@ def clustered(
         Test condition of each record.
     """
     names = list(dict.fromkeys(conditions))
-    if len(names) < FEWEST_CLUSTERS:
+    if len(names) < STANDARD.fewest_clusters:
         return within
     samples = sum(len(r) for r in residuals)
     scale = within.singular_values * np.sqrt(samples)
@@ -45,7 +42,7 @@ def clustered(
     scores = np.stack([_score(basis, jacobians, residuals, [c == n for c in conditions]) for n in names])
     # records of different conditions err independently, however smooth the residual of each is
     degrees = max(within.degrees, len(names) - 1.0)
-    ratio = stdtrit(len(names) - 1, 0.975) / stdtrit(degrees, 0.975)
+    ratio = stdtrit(len(names) - 1, STANDARD.quantile) / stdtrit(degrees, STANDARD.quantile)
     between = ratio**2 * (basis @ (scores.T @ scores) @ basis.T)
     return replace(within, covariance=within.covariance + excess(between, within.covariance), degrees=degrees)
 
@@ -55,6 +52,6 @@ def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array],
     columns = np.vstack([j @ basis for j, m in zip(jacobians, members, strict=True) if m])
     errors = np.concatenate([r for r, m in zip(residuals, members, strict=True) if m])
     leverages, vectors = np.linalg.eigh(columns.T @ columns)
-    corrected = 1.0 / np.sqrt(1.0 - np.clip(leverages, 0.0, MOST_LEVERAGE))
+    corrected = 1.0 / np.sqrt(1.0 - np.clip(leverages, 0.0, STANDARD.leverage_max))
     score: Array = vectors @ (corrected * (vectors.T @ (columns.T @ errors)))
     return score

@@ -95,7 +95,7 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     policy
         The thresholds.
     """
-    above = chosen.final.holdout > policy.at_the_floor * floors.noise
+    above = chosen.final.holdout > policy.examined_above_floor * floors.noise
     if chosen.verdict == "unexplained":
         return True
     if not floors.measured and not (floors.in_line and not above):

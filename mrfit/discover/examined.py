@@ -1,6 +1,6 @@
 """An examination by invariances on the data of a discovery, and what is told of it beside a base taken as exact."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,10 +87,8 @@ def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = Non
         A model taken as exact, to compare with the best law; None for none.
     """
     output = base.assembly.spec.output
-    lacking = [n for n in MOTION.get(output, ()) if n not in bench.channels]
-    if output not in MOTION or lacking:
-        what = f"no {lacking[0]}" if lacking else f"no law of {output} is known to keep invariances"
-        return Findings(not_applicable=what)
+    if why := not_applicable(output, bench.channels):
+        return Findings(not_applicable=why)
     records = [from_block(s.block, s.names, output) for s in bench.stretches]
     written = model.split("+")
     effects = [registry.load("effect", e.name) for e in effects_for(output) if e.name not in written]
@@ -99,6 +97,18 @@ def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = Non
         return examine(records, base_of(base.assembly, base.theta, records), effects, exact=left)
     except np.linalg.LinAlgError:
         return Findings(not_applicable="the equations of the best law have no solution on these data")
+
+
+def not_applicable(output: str, channels: Collection[str]) -> str:
+    """Return why records of an output cannot be examined, empty if they can.
+
+    The invariances are those of forces and torques that a motion makes. A flux follows a current: its law is odd and
+    forgets as well, but the current is its motion and its control at once, and its integrated record knows the time.
+    """
+    if output not in MOTION:
+        return f"no law of {output} is known to keep invariances"
+    lacking = [name for name in MOTION[output] if name not in channels]
+    return f"no {lacking[0]}" if lacking else ""
 
 
 def _left(bench: Bench, records: Sequence[Record], fit: Refit) -> list[Array]:

@@ -11,16 +11,13 @@ from mrfit.core import registry
 from mrfit.core.progress import Progress
 from mrfit.core.specs import EffectSpec
 from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Join, Repetition, Screening, Source, Try
-from mrfit.discover.policy import Policy
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.record import Evidence, Recorder
 from mrfit.discover.refit import Fitter, Refit, Wanted, paired_z
 from mrfit.discover.remainder import explainable, powers_by_output, repeated_error
 from mrfit.discover.screen import Screened, cosines, reach, screen
 from mrfit.discover.select import decide
 from mrfit.discover.steadiness import growths
-
-# Starts of a candidate: a nudge off neutral, what first order asks for, and thrice that where first order falls short
-AWAY = (0.1, 1.0, 3.0)
 
 
 class Gathering:
@@ -116,7 +113,7 @@ class Gathering:
         if isinstance(wanted, Join):
             return Wanted(wanted.effects, wanted.starts)
         present, candidate = wanted.present, wanted.candidate
-        starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in AWAY]
+        starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in STANDARD.start_distances]
         return Wanted((*present.effects, candidate.name), (*starts, present.values))
 
     def _row(self, refit: Refit) -> Fit:

@@ -12,12 +12,10 @@ import numpy as np
 from mrfit.core.channels import LOOP_AXES
 from mrfit.core.specs import Array, Index
 from mrfit.discover.bench import Bench, Stretch
-from mrfit.discover.policy import Policy
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Refit
 from mrfit.io.schemas.discovery import Look
 from mrfit.signal.cycles import last_event
-
-BINS = 24
 
 
 def looks(bench: Bench, fit: Refit) -> list[Look]:
@@ -49,7 +47,7 @@ def in_words(rows: Sequence[Look], policy: Policy) -> str:
         )
     loop = rows[0].loop >= rows[0].since_it_turned
     what = f"a loop over the {over}" if loop else f"the path of the {over} since its last reversal"
-    flat = f"a curve over it {curve:.0%}" if curve > policy.nothing else "a curve over it nothing"
+    flat = f"a curve over it {curve:.0%}" if curve > policy.no_curve else "a curve over it nothing"
     share = f"{memory:.0%} of what is left on held-out conditions"
     return f"{what} predicts {share}, {flat}: memory of the {over} is missing"
 
@@ -73,7 +71,9 @@ def _values(stretch: Stretch, name: str) -> Array:
 
 def _on_curve(values: Array, peak: float) -> Index:
     """Return the bin of each sample by the channel's value."""
-    place: Index = np.clip(((values / max(peak, 1e-300) + 1.0) * 0.5 * BINS).astype(np.int64), 0, BINS - 1)
+    place: Index = np.clip(
+        ((values / max(peak, 1e-300) + 1.0) * 0.5 * STANDARD.shape_bins).astype(np.int64), 0, STANDARD.shape_bins - 1
+    )
     return place
 
 
@@ -84,7 +84,7 @@ def _rising(values: Array) -> Index:
 
 def _on_loop(values: Array, peak: float) -> Index:
     """Return the bin of each sample by the channel's value and by whether it rises or falls."""
-    return _on_curve(values, peak) + BINS * _rising(values)
+    return _on_curve(values, peak) + STANDARD.shape_bins * _rising(values)
 
 
 def _since_turn(values: Array, peak: float) -> Index:
@@ -92,8 +92,10 @@ def _since_turn(values: Array, peak: float) -> Index:
     rising = _rising(values)
     turns = np.flatnonzero(np.diff(rising, prepend=rising[0]))
     way = np.abs(values - values[last_event(turns, len(values))]) / max(2.0 * peak, 1e-300)
-    place = np.clip((np.sqrt(way) * BINS).astype(np.int64), 0, BINS - 1)  # finer where it has just turned
-    at: Index = place + BINS * rising
+    place = np.clip(
+        (np.sqrt(way) * STANDARD.shape_bins).astype(np.int64), 0, STANDARD.shape_bins - 1
+    )  # finer where it has just turned
+    at: Index = place + STANDARD.shape_bins * rising
     return at
 
 
@@ -106,6 +108,6 @@ SHAPES: dict[str, Callable[[Array, float], Index]] = {
 
 def _means(places: Sequence[Index], errors: Sequence[Array]) -> Array:
     at, error = np.concatenate(places), np.concatenate(errors)
-    counts = np.bincount(at, minlength=2 * BINS)
-    means: Array = np.bincount(at, error, 2 * BINS) / np.maximum(counts, 1)
+    counts = np.bincount(at, minlength=2 * STANDARD.shape_bins)
+    means: Array = np.bincount(at, error, 2 * STANDARD.shape_bins) / np.maximum(counts, 1)
     return means

@@ -8,7 +8,7 @@ from mrfit.core.channels import CONTROL, MOTION, unit_of
 from mrfit.discover.combine import Combined, Shadow
 from mrfit.discover.invariance.findings import Findings, NamedEffect, Parameter, Place, TurnedDown
 from mrfit.discover.invariance.findings import Standing as Shown
-from mrfit.discover.policy import Policy
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.io.schemas.discovery import (
     BrokenInvariance,
     Candidate,
@@ -28,9 +28,6 @@ from mrfit.io.schemas.discovery import (
     Way,
     Ways,
 )
-
-# A score beyond this is written as this
-MOST = 1e9
 
 
 def with_examination(
@@ -152,7 +149,12 @@ def _parameter(p: Parameter) -> EffectParameter:
 
 def _standing(s: Shown) -> Standing:
     """Return how clearly an effect shows; a number that is not finite, as of an effect without scatter, is cut."""
-    return Standing(**{name: min(max(v, -MOST), MOST) if v == v else 0.0 for name, v in asdict(s).items()})
+    return Standing(
+        **{
+            name: min(max(v, -STANDARD.largest_score), STANDARD.largest_score) if v == v else 0.0
+            for name, v in asdict(s).items()
+        }
+    )
 
 
 def _tests(examined: Findings, combined: Combined) -> list[str]:

@@ -13,6 +13,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.bench import Bench
 from mrfit.discover.clusters import clustered
+from mrfit.discover.policy import STANDARD
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.search import run as search
@@ -25,20 +26,11 @@ from mrfit.search.starts import at_scales, start_values_of
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
-# Evaluations of a refit, for each free parameter: it starts next to its optimum
-REFIT_BUDGET = 60
-# Training samples a screening looks at
-SCREENED_SAMPLES = 12_000
-# Evaluations of the search from many starts, for each free parameter
-THOROUGH_BUDGET = 200
-# A start that costs by this share less than an optimum shows that this is a local one
-LOWER = 0.01
-# Multiples of the noise floor above which an optimum need not be exact, since the model is wrong, and its tolerance
-WORTH_POLISHING, ROUGH = 2.0, 3e-4
 # How refits are searched, next to their optimum and from many starts; effects are added to the base's own parameters
-NEARBY, THOROUGH = Descent(REFIT_BUDGET, ROUGH, WORTH_POLISHING), Auto(own_parameters=True)
-# Multiples of the noise floor at which nothing is left to be searched for
-NOISE = 1.05
+NEARBY, THOROUGH = (
+    Descent(STANDARD.refit_budget, STANDARD.rough_tolerance, STANDARD.polish_above_noise),
+    Auto(own_parameters=True),
+)
 # Bounds of a shape parameter that is a share
 SHARE = (0.0, 1.0)
 
@@ -102,7 +94,7 @@ class Refit:
 
     def _strength(self, at: int, neutral: float) -> float:
         width = self.uncertainty.bounded_half_width(np.eye(len(self.point))[at])
-        return float(1.96 * abs(self.point[at] - neutral) / width) if width > 0.0 else 0.0
+        return float(STANDARD.half_width * abs(self.point[at] - neutral) / width) if width > 0.0 else 0.0
 
     def _moving(self, effect: str) -> list[int]:
         """Return the places among the free parameters of those that are the effect, not its shape."""
@@ -254,10 +246,10 @@ class Fitter:
 
     def thorough(self, found: Refit) -> Refit:
         """Return a fit searched again from many starts: a base that imitated the effect may be far off its own."""
-        if found.chi("train") < NOISE:
+        if found.chi("train") < STANDARD.only_noise:
             return found
         starts = np.vstack([found.point[None, :], self._data_driven(found.assembly, found.cube)])
-        limits = Limits(THOROUGH_BUDGET * (len(found.point) + 1))
+        limits = Limits(STANDARD.multistart_budget * (len(found.point) + 1))
         posed = self._posed(found.assembly, found.cube)
         outcome = search.run(posed, starts, limits, np.random.default_rng(0), THOROUGH)
         again = self._judged(found.effects, found.assembly, found.cube, outcome.point)
@@ -294,7 +286,7 @@ class Fitter:
     def stride(self) -> int:
         """Samples of training data for each one that screening looks at."""
         total = sum(s.segment.samples for s in self.bench.of_role("train"))
-        return max(1, -(-total // SCREENED_SAMPLES))
+        return max(1, -(-total // STANDARD.screened_samples))
 
     def residuals(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
         """Return the map from points (P, F) to training errors in multiples of the noise floor (P, N)."""
@@ -339,7 +331,7 @@ def _descent(problem: _Problem, progress: Progress) -> _Optimum:
 def _starts_lower(posed: LeastSquaresProblem, starts: Array, known: Array) -> bool:
     """Return whether one of several starts (S, F) already costs less than an optimum known (F,), a local one then."""
     costs = np.mean(posed.residuals(np.vstack([known[None, :], starts])) ** 2, axis=1)
-    return bool(np.any(costs[1:] < costs[0] * (1.0 - LOWER)))
+    return bool(np.any(costs[1:] < costs[0] * (1.0 - STANDARD.lower_start)))
 
 
 def paired_z(before: Sequence[Array], after: Sequence[Array]) -> float:

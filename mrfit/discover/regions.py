@@ -9,17 +9,9 @@ from numpy.typing import NDArray
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
-from mrfit.discover.policy import Policy
+from mrfit.discover.policy import STANDARD, Policy
 
 Mask = NDArray[np.bool_]
-
-# After a step of the current, in s
-STEP_WINDOW = 0.04
-# A current change this large within a window of a tenth of that is a step, as a share of its range
-STEP_SHARE = 0.2
-PRE_YIELD = 0.15
-STROKE_END = 0.9
-NEAR_REVERSAL = 0.05
 
 
 @dataclass(frozen=True)
@@ -92,15 +84,17 @@ def _motion(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
     x, v = stretch.channel("displacement"), stretch.channel("velocity")
     if v is not None:
         fastest = float(np.max(np.abs(v))) or 1.0
-        masks["pre-yield (slow: |v| below 15 % of its peak)"] = np.abs(v) < PRE_YIELD * fastest
-        masks["post-yield (fast: |v| above 15 % of its peak)"] = np.abs(v) >= PRE_YIELD * fastest
+        masks["pre-yield (slow: |v| below 15 % of its peak)"] = np.abs(v) < STANDARD.pre_yield * fastest
+        masks["post-yield (fast: |v| above 15 % of its peak)"] = np.abs(v) >= STANDARD.pre_yield * fastest
         masks["near reversal of the motion"] = _near_reversal(v, stretch.block.dt, stretch.segment.frequency)
         masks["rebound (v > 0)"] = v > 0
         masks["compression (v < 0)"] = v < 0
         top = max(_span(bench, "velocity"), 1e-300)
-        masks["high speed (|v| above 70 % of the largest)"] = np.abs(v) > 0.7 * top
+        masks["high speed (|v| above 70 % of the largest)"] = np.abs(v) > STANDARD.high_speed * top
     if x is not None:
-        masks["end of stroke (|x| above 90 % of the largest)"] = np.abs(x) > STROKE_END * _span(bench, "displacement")
+        masks["end of stroke (|x| above 90 % of the largest)"] = np.abs(x) > STANDARD.stroke_end * _span(
+            bench, "displacement"
+        )
     return masks
 
 
@@ -109,8 +103,8 @@ def _electric(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
     i, temperature = stretch.channel("current"), stretch.channel("temperature")
     if i is not None and float(np.ptp(i)) > 0.0:
         top = _span(bench, "current")
-        masks["high current (|i| above 80 % of the largest)"] = np.abs(i) > 0.8 * top
-        masks["low current (|i| below 20 % of the largest)"] = np.abs(i) < 0.2 * top
+        masks["high current (|i| above 80 % of the largest)"] = np.abs(i) > STANDARD.high_current * top
+        masks["low current (|i| below 20 % of the largest)"] = np.abs(i) < STANDARD.low_current * top
         if stretch.segment.drive == "current":
             slope = np.gradient(i)
             masks["near reversal of the current"] = _near_reversal(slope, stretch.block.dt, stretch.segment.frequency)
@@ -130,7 +124,7 @@ def _electric(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
 def _near_reversal(rate: Array, dt: float, frequency: float) -> Mask:
     """Return where the rate changes sign within a twentieth of a cycle (of 20 ms where there is no cycle)."""
     turns = np.flatnonzero(np.diff(np.sign(rate)) != 0)
-    reach = max(int((NEAR_REVERSAL / frequency if frequency > 0 else 0.02) / dt), 1)
+    reach = max(int((STANDARD.near_reversal / frequency if frequency > 0 else STANDARD.near_reversal_time) / dt), 1)
     marks = np.zeros(len(rate) + 1)
     np.add.at(marks, np.maximum(turns - reach, 0), 1.0)
     np.add.at(marks, np.minimum(turns + reach + 1, len(rate)), -1.0)
@@ -140,12 +134,12 @@ def _near_reversal(rate: Array, dt: float, frequency: float) -> Mask:
 
 def _after_steps(current: Array, dt: float, top: float) -> tuple[Mask, Mask]:
     """Return where the current has risen, and fallen, by a step within the last 40 ms."""
-    short, window = max(int(0.1 * STEP_WINDOW / dt), 1), max(int(STEP_WINDOW / dt), 1)
+    short, window = max(int(STANDARD.step_rise * STANDARD.step_window / dt), 1), max(int(STANDARD.step_window / dt), 1)
     change = np.zeros(len(current))
     change[short:] = current[short:] - current[:-short]
     masks = []
     for sign in (1.0, -1.0):
-        steps = np.convolve(sign * change > STEP_SHARE * top, np.ones(window))[: len(current)]
+        steps = np.convolve(sign * change > STANDARD.step_share * top, np.ones(window))[: len(current)]
         masks.append(steps > 0)
     return masks[0], masks[1]
 

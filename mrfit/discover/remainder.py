@@ -12,12 +12,9 @@ from mrfit.core.channels import REMEMBERED, STATE
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.evidence import Contrast
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Refit
 from mrfit.fit.diagnostics.uncertainty import differing
-
-FEATURES = 120
-RIDGE = 1e-3
-MOST_ROWS = 20_000
 
 
 def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], seed: int) -> float:
@@ -39,8 +36,8 @@ def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], 
     pooled = np.vstack(inputs)
     centre, scale = pooled.mean(axis=0), np.maximum(pooled.std(axis=0), 1e-300)
     rng = np.random.default_rng(seed)
-    weights = rng.standard_normal((pooled.shape[1], FEATURES))
-    phases = rng.uniform(0, 2 * np.pi, FEATURES)
+    weights = rng.standard_normal((pooled.shape[1], STANDARD.structure_features))
+    phases = rng.uniform(0, 2 * np.pi, STANDARD.structure_features)
     count = len(bench.of_role("train"))
 
     def design(parts: Sequence[Array]) -> Array:
@@ -49,9 +46,9 @@ def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], 
         return columns
 
     target = np.concatenate(train)
-    stride = max(1, len(target) // MOST_ROWS)
+    stride = max(1, len(target) // STANDARD.structure_rows)
     rows = design(inputs[:count])[::stride]
-    penalty = RIDGE * len(rows) * np.eye(rows.shape[1])
+    penalty = STANDARD.structure_ridge * len(rows) * np.eye(rows.shape[1])
     coefficients = np.linalg.solve(rows.T @ rows + penalty, rows.T @ target[::stride])
     measured = np.concatenate(holdout)
     left = measured - design(inputs[count:]) @ coefficients
@@ -70,8 +67,7 @@ def _inputs(stretch: Stretch) -> Array:
             columns += [
                 np.sign(rate),
                 rate,
-                _past(values, stretch.block.dt, 0.01),
-                _past(values, stretch.block.dt, 0.05),
+                *(_past(values, stretch.block.dt, past) for past in STANDARD.structure_pasts),
             ]
     return np.stack(columns, axis=1)
 

@@ -116,7 +116,7 @@ def comparable(present: Fit, winner: Fit, rival: Fit, policy: Policy) -> bool:
     """Return whether a rival takes enough of what the winner takes to be looked at."""
     before = present.holdout**2
     best, other = before - winner.holdout**2, before - rival.holdout**2
-    return other > policy.rival_takes * best
+    return other > policy.rival_min_gain * best
 
 
 def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
@@ -143,7 +143,7 @@ def leaves_too_much(base: Fit, final: Fit, noise: float, policy: Policy) -> bool
     ``noise`` is the most that the noise can be, in multiples of the floor.
     """
     before, after = (fit.holdout**2 for fit in (base, final))
-    allowed = policy.left_in_sight if after > (policy.in_sight * noise) ** 2 else policy.left_by_shadows
+    allowed = policy.visible_residual if after > (policy.in_sight * noise) ** 2 else policy.left_by_shadows
     return before > noise**2 and after - noise**2 > allowed * (before - noise**2)
 
 

@@ -14,18 +14,10 @@ from mrfit.core.channels import CONTROL
 from mrfit.core.specs import Array, EffectSpec, Invariance, Param
 from mrfit.discover.bench import Bench
 from mrfit.discover.evidence import Candidate
-from mrfit.discover.policy import Policy
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.rules import absorbed
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
-
-# Values at which a shape parameter, which does nothing at neutral, is tried
-SHAPES = 5
-SIGNED_SHAPES = (0.02, 0.1, 0.5)
-# First step away from neutral, as a share of the parameter's range
-STEP = 1e-4
-# Share of its largest value within which a control is held
-STILL = 0.05
 
 
 @dataclass(frozen=True)
@@ -88,7 +80,7 @@ def held(bench: Bench, effect: EffectSpec) -> str:
         return ""
     values = [v for s in bench.stretches if (v := s.channel(CONTROL)) is not None]
     largest = max((float(np.max(np.abs(v))) for v in values), default=0.0)
-    still = all(float(np.ptp(v)) <= STILL * largest for v in values)
+    still = all(float(np.ptp(v)) <= STANDARD.still_control * largest for v in values)
     return f"cannot be judged: every test holds the {CONTROL}" if values and still else ""
 
 
@@ -112,7 +104,9 @@ def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(trial.columns, axis=0), 1e-300)
         if not np.all(np.isfinite(free)) or absorbed(float(np.max(left)), data.policy):
             continue
-        coefficients = np.asarray(-np.linalg.lstsq(free, data.errors, rcond=1e-6)[0], dtype=np.float64)
+        coefficients = np.asarray(
+            -np.linalg.lstsq(free, data.errors, rcond=STANDARD.screening_rank)[0], dtype=np.float64
+        )
         fitted = _within(effect, coefficients)
         explained = free @ fitted
         gain = _gain(data.errors, explained)
@@ -152,7 +146,7 @@ def _screening(
     values = dict(start)
     moving = [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
     for (p, neutral), step in zip(moving, steps, strict=True):
-        smallest = STEP * (p.high - p.low)
+        smallest = STANDARD.screening_step * (p.high - p.low)
         away = step if abs(step) > smallest else np.copysign(smallest, step)
         values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
     return Screened(Candidate(effect.name, "", _gain(data.errors, explained), strength, start=values), direction)
@@ -183,7 +177,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
             if p.role == "shape":
                 continue
             row = theta.copy()
-            step = STEP * (p.high - p.low) * (1.0 if neutral < p.high else -1.0)
+            step = STANDARD.screening_step * (p.high - p.low) * (1.0 if neutral < p.high else -1.0)
             row[names.index(f"{effect.name}.{p.name}")] = neutral + step
             rows.append(row)
             steps.append(step)
@@ -206,9 +200,12 @@ def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
 def _trial_values(shape: Param) -> list[float]:
     """Return values at which a shape is tried: over its decades, or, where it may have either sign, on both sides."""
     if shape.scale == "log":
-        return [float(v) for v in np.geomspace(shape.low, shape.high, SHAPES + 2)[1:-1]]
+        return [float(v) for v in np.geomspace(shape.low, shape.high, STANDARD.screened_shapes + 2)[1:-1]]
     if shape.low == -shape.high:
-        return [shape.start, *(sign * share * shape.high for share in SIGNED_SHAPES for sign in (1.0, -1.0))]
+        return [
+            shape.start,
+            *(sign * share * shape.high for share in STANDARD.screened_signed_shapes for sign in (1.0, -1.0)),
+        ]
     return []
 
 
@@ -217,7 +214,7 @@ def present_basis(fitter: Fitter, present: Refit) -> Array:
     jacobian = sensitivities(fitter.thinned(present.assembly, present.cube), present.point)
     jacobian = jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
     u, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
-    basis: Array = u[:, singular > 1e-7 * singular[0]]
+    basis: Array = u[:, singular > STANDARD.basis_rank * singular[0]]
     return basis
 
 

@@ -363,7 +363,7 @@ def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDAR
     low, high = recorded_range(data.recordings)
     if not high - low >= policy.least_current_range:
         return None
-    orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
+    orders = default_orders(spec, STANDARD.most_control_order, shape) or orders_of(spec, "2")
     return CurrentDependence(orders, low, high)
 
 

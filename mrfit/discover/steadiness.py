@@ -11,11 +11,9 @@ from mrfit.core import registry
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Stretch
 from mrfit.discover.evidence import Growth
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
-
-# Share of its power that growth must have beside all that the model fits, to be told from it
-ALONE = 1e-12
 
 
 def growths(fitter: Fitter, fit: Refit, effect: str) -> tuple[Growth, ...]:
@@ -44,7 +42,7 @@ def growths(fitter: Fitter, fit: Refit, effect: str) -> tuple[Growth, ...]:
         grows = jacobian[:, place] * time
         free = grows - basis @ (basis.T @ grows)
         power = float(free @ free)
-        if not power > ALONE * float(grows @ grows):
+        if not power > STANDARD.growth_alone * float(grows @ grows):
             continue
         change = -float(free @ errors) / power
         scores = np.split((free * errors)[:, None], ends)

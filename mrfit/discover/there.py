@@ -7,11 +7,7 @@ import numpy as np
 
 from mrfit.core.recording import Segment
 from mrfit.core.specs import EffectSpec, Programme
-
-ALIKE = 0.1
-"""Share by which settings differ that count as one: a rig holds none of them exactly."""
-SO_FAR = 0.95
-"""Share of a ratio that counts as the ratio."""
+from mrfit.discover.policy import STANDARD
 
 
 def still_to_do(effect: EffectSpec, segments: Sequence[Segment]) -> str:
@@ -41,7 +37,7 @@ def is_there(asked: Programme, segments: Iterable[Segment]) -> bool:
 
 def _enough(values: Sequence[float], least: int, ratio: float) -> bool:
     found = sorted(set(values))
-    return len(found) >= least and (ratio == 1.0 or found[-1] >= SO_FAR * ratio * found[0])
+    return len(found) >= least and (ratio == 1.0 or found[-1] >= STANDARD.reached_ratio * ratio * found[0])
 
 
 def _grouped(values: Sequence[float], held: Sequence[Sequence[float]]) -> list[list[float]]:
@@ -60,7 +56,7 @@ def _levels(made: Sequence[Segment], of: Callable[[Segment], float]) -> list[flo
     scale = float(np.max(np.abs(values), initial=0.0))
     for k, at in enumerate(order):
         # a current of zero is held within a share of the greatest
-        if not k or values[at] - level > ALIKE * max(abs(values[at]), 0.2 * scale):
+        if not k or values[at] - level > STANDARD.alike_tests * max(abs(values[at]), STANDARD.alike_zero_tests * scale):
             level = float(values[at])
         found[at] = level
     return found.tolist()

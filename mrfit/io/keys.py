@@ -31,7 +31,7 @@ STARTS: dict[str, tuple[str, ...]] = {
     "flux": ("flux/stage.py",),
     "segment": ("segment/stage.py",),
     "fit": _FITTING,
-    "discover": (*_FITTING, "discover/stage.py"),
+    "discover": (*_FITTING, "discover/stage.py", "discover/thresholds.toml"),
     "advise": (*_FITTING, "advise/rivalry.py", "advise/parameters.py"),
 }
 # ``from mrfit.a.b import c, d`` with or without brackets, and ``import mrfit.a.b``, at any depth of a file
@@ -90,8 +90,9 @@ def _source(name: str) -> bytes:
 @cache
 def _files() -> frozenset[str]:
     """Return the files of the package, by their paths inside of it."""
-    found = [os.path.join(folder, file) for folder, _, files in os.walk(PACKAGE) for file in files]
-    return frozenset(os.path.relpath(path, PACKAGE).replace(os.sep, "/") for path in found if path.endswith(".py"))
+    walk = os.walk(PACKAGE)
+    found = [os.path.join(folder, n) for folder, _, names in walk for n in names if n.endswith((".py", ".toml"))]
+    return frozenset(os.path.relpath(path, PACKAGE).replace(os.sep, "/") for path in found)
 
 
 @cache

@@ -11,6 +11,7 @@ import numpy as np
 import mrfit.segment.stage
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
 
 RATE, SECONDS = 500.0, 4.0
@@ -66,7 +67,7 @@ def workspace(folder: Path, spring: float = 0.0, mass: float = 0.0, ripple: floa
             name = f"{frequency:g}Hz-{1e3 * stroke:g}mm-{current:g}A"
             record = Recording(name, f"{name}.csv", name, "none", 1.0 / RATE, 0.0, channels, {})
             made.write_recording(record)
-            about.append(record.about())
+            about.append(About.of(record))
     write_json(made.ingest_json, {"recordings": about, "refused": []})
     mrfit.segment.stage.run(made, mrfit.segment.stage.Settings())
     return made

@@ -1,7 +1,8 @@
 """Every threshold of the policy: evidence on which its rule fires, and evidence beside it on which it does not."""
 
+import ast
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from mrfit.discover.stage import Settings, too_little, usual_dependence
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.discovery import Look, OtherLaw
 from mrfit.simulate.assembly import assemble
+from tests.discover.test_policy import ROOM, thresholds_read
 from tests.discover.test_regions import bench as bench_of_currents
 from tests.discover.world import World, fit
 
@@ -186,7 +188,7 @@ def in_the_shadow(kept: float) -> Rule:
 CASES: dict[str, tuple[Rule, Rule]] = {
     "left_open": (left_open(2.4, 4.6), left_open(2.4, 5.8)),
     "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
-    "at_the_floor": (above_the_floor(1.25), above_the_floor(1.15)),
+    "examined_above_floor": (above_the_floor(1.25), above_the_floor(1.15)),
     "as_good": (as_good_as_a_law(0.0149), as_good_as_a_law(0.0151)),
     "broken_beside": (in_the_shadow(0.8), in_the_shadow(0.6)),
     "law_takes": (law(0.25), law(0.15)),
@@ -224,7 +226,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
         proof(1.2, 1.0, base=10.0, beside=("a",)),
     ),
     "alike": (alike(-0.85), alike(0.75)),
-    "rival_takes": (
+    "rival_min_gain": (
         lambda p: rules.comparable(fit(10.0), fit(2.0), fit(8.0), p),
         lambda p: rules.comparable(fit(10.0), fit(2.0), fit(8.3), p),
     ),
@@ -248,7 +250,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
         lambda p: rules.below_the_rest(fit(3.0), fit(3.7), p),
     ),
     "left_by_shadows": (too_much(3.0, 1.7), too_much(3.0, 1.5)),
-    "left_in_sight": (too_much(10.0, 2.6), too_much(12.5, 2.6)),
+    "visible_residual": (too_much(10.0, 2.6), too_much(12.5, 2.6)),
     "in_sight": (too_much(10.0, 2.55), too_much(10.0, 2.45)),
     "drifts": (drifts(0.21, 1.0, 1e-3), drifts(0.19, 1.0, 1e-3)),
     "drift_clear": (drifts(0.5, 1.0, 0.12), drifts(0.5, 1.0, 0.13)),
@@ -264,7 +266,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "power_clear": (follows(6, 2.0, 2.1), follows(6, 2.0, 1.9)),
     "shape_told": (shape(0.12, 0.12, "static law"), shape(0.08, 0.08, "static law")),
     "memory_told": (shape(0.2, 0.31, "memory"), shape(0.2, 0.29, "memory")),
-    "nothing": (shape(0.004, 0.5, "a curve over it nothing"), shape(0.006, 0.5, "a curve over it nothing")),
+    "no_curve": (shape(0.004, 0.5, "a curve over it nothing"), shape(0.006, 0.5, "a curve over it nothing")),
     "region_told": (region(0.03), region(0.01)),
     "most_said": (region(0.1, 3), region(0.1, 4)),
     "extrapolates": (
@@ -304,7 +306,8 @@ def test_it_is_this_threshold_that_decides(name: str) -> None:
 
 
 def test_no_threshold_of_the_policy_is_without_a_test() -> None:
-    assert {f.name for f in fields(Policy)} == set(CASES) | set(ELSEWHERE)
+    read = {name for path in ROOM.glob("*.py") for name in thresholds_read(ast.parse(path.read_text()), ("policy",))}
+    assert read <= set(CASES) | set(ELSEWHERE)
 
 
 def test_a_guessed_floor_cannot_say_that_nothing_is_missing() -> None:

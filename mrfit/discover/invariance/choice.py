@@ -13,10 +13,8 @@ from scipy.stats import t as student
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.invariance.findings import BrokenInvariance, Parameter
-from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.selection import (
     FULL,
-    QUANTILE,
     Candidate,
     Described,
     LawSource,
@@ -35,6 +33,7 @@ from mrfit.discover.invariance.selection import (
     worth_refining,
     worth_weighing,
 )
+from mrfit.discover.policy import STANDARD, Policy
 
 
 @dataclass(frozen=True)
@@ -211,7 +210,7 @@ def _no_rival(source: LawSource, state: State, again: Described, size: float, po
 
 def _widened(found: Described, again: Described, groups: int) -> Described:
     """Return an effect with intervals that know how much its numbers differ beside a law of longer memory."""
-    quantile = float(student.ppf(QUANTILE, groups - 1))
+    quantile = float(student.ppf(STANDARD.quantile, groups - 1))
 
     def wider(own: Parameter, other: Parameter) -> Parameter:
         if own.low is None or own.high is None:
@@ -243,7 +242,7 @@ def _first_taken(
             if source.library[name].invariance is row.invariance or not overshadowed(share, row.share):
                 continue
             left, errors = source.beside(chosen.state, name, row.invariance)
-            if left < policy.share or errors < policy.clear:
+            if left < policy.share or errors < policy.law_clear:
                 return name, f"something without a name that breaks the {row.invariance.value} may have it"
     return None
 

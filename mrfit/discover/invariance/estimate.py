@@ -16,15 +16,8 @@ from mrfit.core.specs import Array, Index
 from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import added, is_place, step_of
 from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.policy import STANDARD
 
-# Penalty on the nuisance's coefficients, for columns of unit RMS: it decides between columns that are alike
-RIDGE, JITTER = 1e-6, 1e-12
-# Refinement: rounds, relative change of a number and of the error at which it ends, and the factor a number may move by
-ROUNDS, SETTLED, LITTLE, FURTHEST = 20, 1e-3, 1e-4, 3.0
-# Levenberg's damping at first, its factors after a step that helps and one that does not, and where to give up
-DAMPING, LESS, MORE, HOPELESS = 1e-3, 5.0, 8.0, 1e3
-# Places in half strokes: what begins nearer to the middle is a force of the whole stroke
-PLACES = (0.35, 1.3)
 TINY = 1e-30
 
 Free = tuple[str, int]
@@ -103,8 +96,8 @@ class Table:
 
     def _damped(self, gram: Array, at: Index, own: int) -> Array:
         damped = gram[np.ix_(at, at)].copy()
-        damped[np.arange(own), np.arange(own)] += RIDGE * self.rows
-        damped[np.diag_indices_from(damped)] += JITTER * self.rows
+        damped[np.arange(own), np.arange(own)] += STANDARD.law_ridge * self.rows
+        damped[np.diag_indices_from(damped)] += STANDARD.law_jitter * self.rows
         return damped
 
     def beside(
@@ -168,7 +161,7 @@ def rows_of(setting: Setting, state: State) -> Rows:
         target.append(
             setting.targets[at] - setting.row_means(at, force_added(setting, at, state)) / setting.scales.span
         )
-    unit = np.sqrt(sum(np.sum(p**2, axis=0) for p in law) / setting.rows) + JITTER
+    unit = np.sqrt(sum(np.sum(p**2, axis=0) for p in law) / setting.rows) + STANDARD.law_jitter
     return Rows([p / unit for p in law], target, unit, ends)
 
 
@@ -294,21 +287,21 @@ class Fitted:
 
 def refine(setting: Setting, weights: Sequence[Array], state: Mapping[str, Array], level: int = FULL) -> Fitted:
     """Return effects with their best numbers, by Levenberg and Marquardt's steps."""
-    best, current, damping = _fitted(setting, weights, state, level), dict(state), DAMPING
-    for _ in range(ROUNDS):
+    best, current, damping = _fitted(setting, weights, state, level), dict(state), STANDARD.damping
+    for _ in range(STANDARD.refine_rounds):
         step = _damped_step(best.table, level, damping)
         current, most = _moved(setting, best.state, best.table.free, step)
-        if most < SETTLED:
+        if most < STANDARD.refine_settled:
             break
         tried = _fitted(setting, weights, current, level)
         if tried.left < best.left:
-            little = tried.left > best.left * (1.0 - LITTLE)
-            best, damping = tried, damping / LESS
+            little = tried.left > best.left * (1.0 - STANDARD.refine_little)
+            best, damping = tried, damping / STANDARD.damping_less
             if little:
                 break
         else:
-            damping = max(damping, DAMPING) * MORE
-            if damping > HOPELESS:
+            damping = max(damping, STANDARD.damping) * STANDARD.damping_more
+            if damping > STANDARD.damping_hopeless:
                 break
     return best
 
@@ -324,7 +317,7 @@ def _damped_step(made: Table, level: int, damping: float) -> Array:
     count = len(made.free)
     weights = made.beside(made.size + np.arange(count), level, effects=0)
     own = weights.T @ made.total @ weights
-    normal = own[:-1, :-1] + np.diag(damping * own.diagonal()[:-1] + JITTER * made.rows)
+    normal = own[:-1, :-1] + np.diag(damping * own.diagonal()[:-1] + STANDARD.law_jitter * made.rows)
     step: Array = np.linalg.solve(normal, own[:-1, -1]) / made.scales[:count]
     return step
 
@@ -337,9 +330,12 @@ def _moved(setting: Setting, state: State, free: Sequence[Free], steps: Array) -
         param, old = effect.of(number), effect.value(new[name], number)
         value = old + float(step)
         if param.scale == "log" or (effect.moves and old > 0.0):
-            value = min(max(value, old / FURTHEST), old * FURTHEST)
+            value = min(max(value, old / STANDARD.refine_furthest), old * STANDARD.refine_furthest)
         if param.scale == "log" and is_place(param, setting.scales):
-            value = min(max(value, PLACES[0] * setting.scales.travel), PLACES[1] * setting.scales.travel)
+            value = min(
+                max(value, STANDARD.force_places[0] * setting.scales.travel),
+                STANDARD.force_places[1] * setting.scales.travel,
+            )
         new[name] = effect.at(new[name], number, value)
         most = max(most, abs(effect.value(new[name], number) - old) / max(abs(old), TINY))
     return new, most

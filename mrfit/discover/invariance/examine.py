@@ -27,13 +27,13 @@ from mrfit.discover.invariance.findings import (
 )
 from mrfit.discover.invariance.law_gap import law_gap
 from mrfit.discover.invariance.owned import lawful, owns
-from mrfit.discover.invariance.policy import STANDARD, Policy
 from mrfit.discover.invariance.records import Record, with_steady_currents
-from mrfit.discover.invariance.regression import FURTHER, Regression, arrays
+from mrfit.discover.invariance.regression import Regression, arrays
 from mrfit.discover.invariance.selection import Described, LawSource, State
 from mrfit.discover.invariance.sensitivity import Examined, examined, missing
 from mrfit.discover.invariance.setting import Setting, setting_of
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
+from mrfit.discover.policy import STANDARD, Policy
 
 TIERS: dict[Invariance, Tier] = {
     Invariance.ODDNESS: "any-law",
@@ -77,7 +77,7 @@ def examine(
     columns = setting.law(0, {}).ends[-1]
     if setting.rows < policy.rows_for_a_column * columns:
         return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
-    further = setting_of(records, base.terms, able, policy, FURTHER)
+    further = setting_of(records, base.terms, able, policy, policy.longer_memory)
     regression = Regression(setting, further, policy)
     chosen, unnamed = choose(regression, policy)
     state = arrays(chosen.state)
@@ -188,7 +188,7 @@ def _no_sensitivity(setting: Setting, chosen: Chosen, policy: Policy) -> list[Co
     return [
         Confounded(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
         for name, c in chosen.screened.items()
-        if c.left < policy.left
+        if c.left < policy.sensitivity_left
     ]
 
 

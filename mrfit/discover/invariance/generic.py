@@ -11,17 +11,11 @@ import numpy as np
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.estimate import Table, force_of_law, squares, table
 from mrfit.discover.invariance.findings import BrokenInvariance
-from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.kernels.filters import lag
 
 TINY = 1e-300
-# Waves over the stroke: of a force, and of the law's gain down to a seventh of the half stroke
-WAVES, WAVES_OF_LAW = (1, 2, 4), tuple(range(1, 15))
-# Lags of the current in s
-LAGS = (0.01, 0.03, 0.1, 0.3, 1.0)
-# Penalty on the flexible terms, columns of unit RMS
-PENALTY = 1e-4
 
 Terms = Callable[[Setting, int, State, Array], list[Array]]
 """Forces (L + N,) of one record that break an invariance, beside the force of the law (L + N,)."""
@@ -31,17 +25,18 @@ def _position(setting: Setting, at: int, state: State, law: Array) -> list[Array
     record, scales = setting.records[at], setting.scales
     x, slow = (
         (record.place - setting.middle) / scales.travel,
-        1.0 / np.cosh(np.clip(record.speed / scales.speed, -9, 9)) ** 2,
+        1.0
+        / np.cosh(np.clip(record.speed / scales.speed, -STANDARD.largest_steepness, STANDARD.largest_steepness)) ** 2,
     )
-    waves = [f(np.pi * k * x) for k in WAVES for f in (np.sin, np.cos)]
-    gains = [f(np.pi * k * x) * law for k in WAVES_OF_LAW for f in (np.sin, np.cos)]
+    waves = [f(np.pi * k * x) for k in STANDARD.position_waves for f in (np.sin, np.cos)]
+    gains = [f(np.pi * k * x) * law for k in STANDARD.gain_waves for f in (np.sin, np.cos)]
     return [x, x * slow, x**2, x**3, x * law, x**2 * law, *waves, *gains]
 
 
 def _oddness(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     record, scales = setting.records[at], setting.scales
     v, i = record.speed / scales.speed, record.control / scales.control
-    even = [np.abs(np.tanh(v / s)) for s in (0.02, 0.1, 0.4)]
+    even = [np.abs(np.tanh(v / s)) for s in STANDARD.even_steepness]
     return [*even, np.abs(v), v**2, *(e * i for e in even), i, law**2]
 
 
@@ -57,7 +52,7 @@ def _warmth(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     whole = np.concatenate([w for r in setting.records if (w := r.warmth) is not None])
     w = (warmth - whole.mean()) / max(float(np.ptp(whole)), TINY)
     v = setting.records[at].speed / setting.scales.speed
-    return [w * law, w**2 * law, w * v] if np.ptp(whole) > 1.0 else []
+    return [w * law, w**2 * law, w * v] if np.ptp(whole) > STANDARD.least_warming else []
 
 
 def _late(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
@@ -67,10 +62,10 @@ def _late(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
         return []
     current = setting.control(at, state)
     found = []
-    for tau in LAGS:
+    for tau in STANDARD.late_currents:
         behind = lag(np.ascontiguousarray(current[None]), np.array([tau / record.dt]))[0] - current
         found += [behind * law, np.maximum(behind, 0.0) * law]
-        v = np.tanh(record.speed / (0.05 * setting.scales.speed))
+        v = np.tanh(record.speed / (STANDARD.late_steepness * setting.scales.speed))
         found += [behind * v, np.maximum(behind, 0.0) * v]
     return found
 
@@ -115,7 +110,7 @@ def _judged(made: Table, extra: Sequence[Sequence[Array]], invariance: Invarianc
     weights = made.beside(behind + np.arange(count))
     grams = np.einsum("ia,gij,jb->gab", weights, made.grams, weights, optimize=True)
     total: Array = np.sum(grams, axis=0)
-    ridge = np.diag(np.full(count, PENALTY * made.rows))
+    ridge = np.diag(np.full(count, STANDARD.generic_penalty * made.rows))
 
     def fitted(gram: Array) -> Array:
         return np.asarray(np.linalg.solve(gram[:-1, :-1] + ridge, gram[:-1, -1]), dtype=np.float64)

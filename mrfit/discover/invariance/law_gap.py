@@ -10,9 +10,7 @@ from mrfit.discover.invariance.estimate import Table, rows_of
 from mrfit.discover.invariance.findings import LawGap, Place
 from mrfit.discover.invariance.setting import Setting, State
 from mrfit.discover.invariance.weights import rms
-
-# Bins: travel since a reversal in half strokes, speed and current as shares of their largest
-TRAVELS, SHARES = (0.0, 0.04, 0.1, 0.3, 1.0, np.inf), (0.0, 0.05, 0.2, 0.5, np.inf)
+from mrfit.discover.policy import STANDARD
 
 
 def law_gap(
@@ -54,9 +52,14 @@ def _where(setting: Setting, differences: Sequence[Array]) -> list[Place]:
     since = [np.concatenate([np.zeros(r.lead), m.since]) for r, m in zip(records, setting.motions, strict=True)]
     place, speed, _ = records[0].motion
     kinds = (
-        ("travel", since, scales.travel * np.array(TRAVELS), unit_of(place)),
-        ("speed", [np.abs(r.speed) for r in records], scales.speed * np.array(SHARES), unit_of(speed)),
-        ("control", [np.abs(r.control) for r in records], scales.control * np.array(SHARES), unit_of(CONTROL)),
+        ("travel", since, scales.travel * np.array(STANDARD.law_travels), unit_of(place)),
+        ("speed", [np.abs(r.speed) for r in records], scales.speed * np.array(STANDARD.law_shares), unit_of(speed)),
+        (
+            "control",
+            [np.abs(r.control) for r in records],
+            scales.control * np.array(STANDARD.law_shares),
+            unit_of(CONTROL),
+        ),
     )
     found: list[Place] = []
     for name, values, edges, unit in kinds:

@@ -21,21 +21,11 @@ import numpy as np
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.records import Record
+from mrfit.discover.policy import STANDARD
 from mrfit.kernels.filters import lag
 from mrfit.kernels.memory import since_reversal, travel_memory
 
 LEVELS = ("base", "static", "travel", "time", "relaxation")
-STEEPNESS = (0.008, 0.02, 0.05, 0.12, 0.3, 0.7)
-LENGTHS = (0.01, 0.03, 0.08, 0.2)
-NEAR, AMPLITUDE_NEAR, PLACE_NEAR = (0.05, 0.3), (0.03, 0.1), (0.02, 0.05, 0.1)
-# Which of the lengths are scaled by the last stroke
-WITH_STROKE = (1, 3)
-SLOW_STEEPNESS, SLOW = (0.02, 0.1, 0.4), (0.05, 0.15, 0.4)
-RELAXATION = (0.15, 0.4)
-# Swings below this share of the half stroke are no reversals
-SWING = 0.005
-# Powers of the current beyond a constant, for static forces and for those that remember
-MOST_POWERS, MOST_POWERS_OF_MEMORY = 3, 2
 
 
 @dataclass(frozen=True)
@@ -70,12 +60,12 @@ class Scales:
     @property
     def lengths(self) -> tuple[float, ...]:
         """Lengths of travel over which a law forgets, in units of X."""
-        return _further(LENGTHS, self.horizon)
+        return _further(STANDARD.travel_lengths, self.horizon)
 
     @property
     def longest(self) -> float:
         """Longest memory in time, in s."""
-        return self.times(SLOW)[-1]
+        return self.times(STANDARD.slow_times)[-1]
 
     def times(self, of: Sequence[float]) -> tuple[float, ...]:
         """Return time constants in s."""
@@ -91,16 +81,16 @@ def scales_of(records: Sequence[Record], horizon: float = 1.0) -> Scales:
     """Return the scales of some records."""
     control = max(float(np.max(np.abs(r.control))) for r in records)
     peak = max(control, 1e-9)
-    tenths = np.concatenate([np.round(r.measured(r.control) / peak * 10.0) for r in records])
+    tenths = np.concatenate([np.round(r.measured(r.control) / peak * STANDARD.control_steps) for r in records])
     levels, counts = np.unique(tenths, return_counts=True)
-    told = int(np.sum(counts > 0.02 * counts.sum()))
+    told = int(np.sum(counts > STANDARD.control_level * counts.sum()))
     outputs = [r.output for r in records]
     return Scales(
-        speed=max(float(np.percentile(np.abs(r.measured(r.speed)), 99)) for r in records),
+        speed=max(float(np.percentile(np.abs(r.measured(r.speed)), STANDARD.fast_percentile)) for r in records),
         travel=max(float(np.ptp(r.measured(r.place))) / 2 for r in records),
         control=peak,
         rate=2.0 * np.pi * max(r.fastest for r in records),
-        order=min(max(told - 1, 0), MOST_POWERS),
+        order=min(max(told - 1, 0), STANDARD.static_powers),
         span=max(float(o.max()) for o in outputs) - min(float(o.min()) for o in outputs),
         unit=unit_of(records[0].motion[0]),
         horizon=horizon,
@@ -126,23 +116,31 @@ def motion_of(record: Record, base: Array, scales: Scales) -> Motion:
     """Return what the motion of a record makes, beside the base's own terms (L + N, K)."""
     v, x = record.speed, record.place
     at = {
-        s: np.tanh(v / (s * scales.speed)) for s in {*STEEPNESS, *NEAR, *AMPLITUDE_NEAR, *PLACE_NEAR, *SLOW_STEEPNESS}
+        s: np.tanh(v / (s * scales.speed))
+        for s in {
+            *STANDARD.static_steepness,
+            *STANDARD.travel_near,
+            *STANDARD.stroke_near,
+            *STANDARD.place_near,
+            *STANDARD.slow_steepness,
+        }
     }
-    near = {s: 1.0 - at[s] ** 2 for s in {*NEAR, *AMPLITUDE_NEAR, *PLACE_NEAR}}
+    near = {s: 1.0 - at[s] ** 2 for s in {*STANDARD.travel_near, *STANDARD.stroke_near, *STANDARD.place_near}}
     z = travel_memory(v * record.dt, np.array(scales.lengths) * scales.travel)
-    since, half = since_reversal(x, SWING * scales.travel)
+    since, half = since_reversal(x, STANDARD.swing * scales.travel)
     known = half > 0.0
     stroke = np.where(known, half, np.median(half[known]) if known.any() else scales.travel) / scales.travel
     middle = (x - np.mean(record.measured(x))) / scales.travel
-    travel = [zd * f for zd in z for f in (1.0, *(near[s] for s in NEAR))]
-    travel += [stroke * z[k] * near[s] for k in WITH_STROKE for s in AMPLITUDE_NEAR]
-    travel += [middle * near[s] for s in PLACE_NEAR]
+    travel = [zd * f for zd in z for f in (1.0, *(near[s] for s in STANDARD.travel_near))]
+    travel += [stroke * z[k] * near[s] for k in STANDARD.stroke_lengths for s in STANDARD.stroke_near]
+    travel += [middle * near[s] for s in STANDARD.place_near]
     return Motion(
         base=base,
-        static=np.column_stack([v / scales.speed, *(at[s] for s in STEEPNESS)]),
+        static=np.column_stack([v / scales.speed, *(at[s] for s in STANDARD.static_steepness)]),
         travel=np.column_stack(travel),
-        slow=np.column_stack([at[s] for s in SLOW_STEEPNESS]),
-        relaxation=_lagging(v[:, None] / scales.speed, scales.times(RELAXATION), record.dt) - v[:, None] / scales.speed,
+        slow=np.column_stack([at[s] for s in STANDARD.slow_steepness]),
+        relaxation=_lagging(v[:, None] / scales.speed, scales.times(STANDARD.relaxation_times), record.dt)
+        - v[:, None] / scales.speed,
         since=record.measured(since),
     )
 
@@ -158,9 +156,9 @@ class Columns:
 def columns(motion: Motion, control: Array, dt: float, scales: Scales) -> Columns:
     """Return the nuisance of a motion at a current (L + N,)."""
     powers = (control / scales.control)[:, None] ** np.arange(scales.order + 1)
-    few = powers[:, : MOST_POWERS_OF_MEMORY + 1]
+    few = powers[:, : STANDARD.memory_powers + 1]
     slow = _products(motion.slow, few)
-    taus = scales.times(SLOW)
+    taus = scales.times(STANDARD.slow_times)
     widths = (
         1 + motion.base.shape[1] * few.shape[1],
         motion.static.shape[1] * powers.shape[1],

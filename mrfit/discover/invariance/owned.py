@@ -7,9 +7,9 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.base import Base
-from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.records import Record
 from mrfit.discover.invariance.sensitivity import Examined, added
+from mrfit.discover.policy import STANDARD, Policy
 
 
 def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy) -> bool:
@@ -33,7 +33,7 @@ def explained(terms: Array, force: Array) -> float:
     power = float(force @ force)
     if power == 0.0:
         return 0.0
-    found = np.linalg.lstsq(terms, force, rcond=1e-10)[0]
+    found = np.linalg.lstsq(terms, force, rcond=STANDARD.owned_rank)[0]
     return 1.0 - float(np.sum((force - terms @ found) ** 2)) / power
 
 
@@ -64,16 +64,12 @@ def lawful(base: Base, records: Sequence[Record], effects: Sequence[Examined], l
     )
     terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
     forces = np.vstack([c[r.lead :] for c, r in zip(law, records, strict=True)])
-    every = max(len(terms) // MOST, 1)
+    every = max(len(terms) // STANDARD.owned_samples, 1)
     left = _beyond(forces[::every], np.hstack([terms, force])[::every])
     size = np.sqrt(np.sum(left**2, axis=0)) + 1e-300
     cosines = (left / size).T @ (left / size)
-    kept = ~np.any(np.abs(cosines[:count, count:]) > ALIKE, axis=1) | (size[:count] < NOTHING)
+    kept = ~np.any(np.abs(cosines[:count, count:]) > STANDARD.effect_force, axis=1) | (size[:count] < STANDARD.no_force)
     return replace(base, terms=tuple(t[:, kept] for t in base.terms))
-
-
-# Samples to look at; cosine from which a term is an effect's force; size of a column of which nothing is left
-MOST, ALIKE, NOTHING = 20_000, 0.7, 1e-6
 
 
 def _beyond(columns: Array, values: Array) -> Array:

@@ -1,25 +1,15 @@
 """Records as an examination takes them: smoothed inputs and the output, at no more samples than the motion needs."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.channels import CONTROL, MOTION, WARMTH
-from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.search.problem import SegmentBlock, full_block
+from mrfit.discover.policy import STANDARD
+from mrfit.search.problem import SegmentBlock
 from mrfit.signal.noise import noise_level
-from mrfit.signal.smoothing import TIME, smooth
-
-# Samples per second at most, unless the motion is faster than …
-MOST_RATE = 500.0
-# … this share of them
-SAMPLES_OF_FASTEST = 60.0
-# Share of the speed's power below the fastest frequency of a motion
-POWER = 0.95
-# A current moves during a record if its standard deviation is above this share of its largest value
-MOVES = 0.02
 
 
 @dataclass(frozen=True)
@@ -90,18 +80,6 @@ class Record:
         return values[..., self.lead :]
 
 
-def not_applicable(output: str, channels: Collection[str]) -> str:
-    """Return why records of an output cannot be examined, empty if they can.
-
-    The invariances are those of forces and torques that a motion makes. A flux follows a current: its law is odd and
-    forgets as well, but the current is its motion and its control at once, and its integrated record knows the time.
-    """
-    if output not in MOTION:
-        return f"no law of the {output} is known to keep the invariances that are tested"
-    lacking = [name for name in MOTION[output] if name not in channels]
-    return f"no {lacking[0]} in every record" if lacking else ""
-
-
 def from_block(block: SegmentBlock, names: Sequence[str], output: str) -> Record:
     """Return the record of a segment's full block, whose drive has a row for each name, ``time`` among them.
 
@@ -116,65 +94,12 @@ def from_block(block: SegmentBlock, names: Sequence[str], output: str) -> Record
     return thinned(block.segment.condition, block.dt, channels, block.target, output)
 
 
-def from_segment(recording: Recording, segment: Segment, output: str) -> Record:
-    """Return the record of a segment, smoothed as for a fit.
-
-    Raises
-    ------
-    DataError
-        If the motion that makes the output is neither recorded nor can be derived.
-    """
-    names = [*MOTION[output]]
-    optional = [n for n in (CONTROL, WARMTH) if n in recording.channels or np.isfinite(getattr(segment, n))]
-    drives = [smooth(recording, segment, (name,)) for name in (*names, *optional)]
-    fits = [f for d in drives if d.fits for f in d.fits]
-    joined = replace(
-        drives[0],
-        values=np.vstack([d.values for d in drives]),
-        fits=tuple(fits) if len(fits) == len(drives) else None,
-    )
-    block = full_block(segment, joined, recording.channels[output][segment.start : segment.stop])
-    first = int(block.nodes[0, 0])
-    time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
-    return from_block(replace(block, drive=np.vstack([block.drive, time])), (*names, *optional, TIME), output)
-
-
-def from_arrays(
-    dt: float, output: str, channels: Mapping[str, Array], condition: str = "", frequency: float = 0.0
-) -> Record:
-    """Return the record of raw samples, smoothed as those of a log.
-
-    Parameters
-    ----------
-    dt
-        Sample interval in s.
-    output
-        Name of the output, which is among the channels.
-    channels
-        Samples by canonical name, in SI, each (N,).
-    condition
-        Name of the test condition.
-    frequency
-        Fundamental of a drive that repeats, in Hz; 0 for any other.
-    """
-    samples = len(channels[output])
-    drive = next(n for n in MOTION[output] if n in channels)
-    recording = Recording(condition, condition, "", "arrays", dt, 0.0, dict(channels), {})
-    cycles = int(samples * dt * frequency + 1e-6)
-    values = channels[drive]
-    segment = Segment(
-        f"{condition}#1", condition, condition, 0, samples, 0, "periodic" if cycles else "random", drive, frequency,
-        0.5 * float(np.ptp(values)), float(np.mean(values)), cycles, float("nan"), float("nan"), "train",
-    )  # fmt: skip
-    return from_segment(recording, segment, output)
-
-
 def thinned(condition: str, dt: float, channels: Mapping[str, Array], output: Array, made: str) -> Record:
     """Return a record as means over as many samples as the motion allows; channels may begin before the output."""
     motion = MOTION[made]
     lead = len(next(iter(channels.values()))) - len(output)
     fastest = _fastest(channels[motion[1]][lead:], dt)
-    every = max(int(round(1.0 / dt / max(MOST_RATE, SAMPLES_OF_FASTEST * fastest))), 1)
+    every = max(int(round(1.0 / dt / max(STANDARD.rate_max, STANDARD.samples_of_fastest * fastest))), 1)
     skip, count = lead % every, len(output) // every
     stop = lead + count * every
     inputs = {n: _means(v[skip:stop], every) for n, v in channels.items()}
@@ -195,7 +120,7 @@ def with_steady_currents(records: Sequence[Record]) -> list[Record]:
     found = []
     for record in records:
         own = record.control
-        steady = bool(np.std(own) <= MOVES * largest)
+        steady = bool(np.std(own) <= STANDARD.moving_control * largest)
         channels = {**record.channels, CONTROL: np.full(len(own), float(np.mean(own)))}
         found.append(replace(record, channels=channels) if steady else record)
     return found
@@ -203,7 +128,9 @@ def with_steady_currents(records: Sequence[Record]) -> list[Record]:
 
 def inputs_move(values: Array | None) -> bool:
     """Return whether a current moves by more than its noise."""
-    return values is not None and bool(np.std(values) > MOVES * max(float(np.max(np.abs(values))), 1e-9))
+    return values is not None and bool(
+        np.std(values) > STANDARD.moving_control * max(float(np.max(np.abs(values))), 1e-9)
+    )
 
 
 def _means(values: Array, every: int) -> Array:
@@ -214,5 +141,5 @@ def _means(values: Array, every: int) -> Array:
 def _fastest(speed: Array, dt: float) -> float:
     """Return the frequency in Hz below which nearly all of a speed's power lies."""
     power = np.abs(np.fft.rfft(speed)) ** 2
-    place = int(np.searchsorted(np.cumsum(power), POWER * power.sum()))
+    place = int(np.searchsorted(np.cumsum(power), STANDARD.speed_power * power.sum()))
     return max(min(place, len(power) - 1), 1) / (len(speed) * dt)

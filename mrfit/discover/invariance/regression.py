@@ -8,16 +8,14 @@ from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.estimate import plain_table, refine, table
 from mrfit.discover.invariance.findings import BrokenInvariance
 from mrfit.discover.invariance.generic import broken, columns_of, forces_of
-from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.screening import contribution, level_of, screened
 from mrfit.discover.invariance.selection import LawFit, Screening, State, TestedEffect
 from mrfit.discover.invariance.setting import Setting
 from mrfit.discover.invariance.standing import described, scatter
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
+from mrfit.discover.policy import Policy
 
 TINY = 1e-300
-# Factor on the horizon of memory under which a name has to hold as well
-FURTHER = 2.0
 
 
 class Regression:
@@ -26,7 +24,7 @@ class Regression:
     Parameters
     ----------
     setting, further
-        The data, with the horizon that effects are chosen at, and with one ``FURTHER`` times as long.
+        The data, with the horizon that effects are chosen at, and with one ``longer_memory`` times as long.
     policy
         The thresholds of an invariance that is broken.
     """

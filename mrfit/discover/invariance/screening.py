@@ -10,13 +10,7 @@ from mrfit.discover.invariance.estimate import Table, derivative, force_added, f
 from mrfit.discover.invariance.selection import FULL, TIME, Candidate, Pair, Screening
 from mrfit.discover.invariance.sensitivity import Examined, added, moved, starts
 from mrfit.discover.invariance.setting import Setting, State
-
-# Step of the current by which a law's slope to it is told, as a share of the largest
-SLOPE = 0.02
-# Share of a sensitivity's square left by the law below which it is in no pair, and of two that are nearly one
-LEFT, ALIKE = 5e-4, 0.02
-# Share from which an effect has shown that the law does not take it
-LITTLE = 0.01
+from mrfit.discover.policy import STANDARD
 
 
 @dataclass(frozen=True)
@@ -65,16 +59,16 @@ def _profiled(setting: Setting, weights: Sequence[Array], state: State, candidat
         for theta in starts(effect, setting.scales, setting.middle)
     ]
     share, start = max(found)
-    if candidate.left >= LEFT and share <= candidate.rank:
+    if candidate.left >= STANDARD.pair_left and share <= candidate.rank:
         return candidate
     # what it takes with the law refitted is nothing that the law has, whatever the slope says
-    left = candidate.left if share < LITTLE else 1.0
+    left = candidate.left if share < STANDARD.shown_share else 1.0
     return replace(candidate, share=share, theta=start, wrong=False, left=left)
 
 
 def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: Sequence[Candidate]) -> list[Pair]:
     """Return what every two effects that the law leaves something of could take together, the most first."""
-    able = [c for c in candidates if c.left >= LEFT and not setting.known[c.name].constant]
+    able = [c for c in candidates if c.left >= STANDARD.pair_left and not setting.known[c.name].constant]
     places = np.array([c.tried for c in able], dtype=np.int64)
     if len(able) < 2:
         return []
@@ -85,7 +79,7 @@ def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: S
         for b in range(a + 1, len(able)):
             effects = [setting.known[able[k].name] for k in (a, b)]
             own, cross = gram[np.ix_([a, b], [a, b])], gram[[a, b], -1]
-            if all(e.moves for e in effects) or np.linalg.det(own) <= ALIKE * own[0, 0] * own[1, 1]:
+            if all(e.moves for e in effects) or np.linalg.det(own) <= STANDARD.pair_alike * own[0, 0] * own[1, 1]:
                 continue
             steps = np.linalg.solve(own, cross)
             scaled = steps / made.scales[len(made.free) + places[[a, b]]]
@@ -148,7 +142,9 @@ def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Inde
     for k, one in enumerate(tried):
         left = float(own[k] / full[k])
         step = float(cross[k] / max(own[k], 1e-30) / made.scales[len(made.free) + places[k]])
-        share = float(cross[k] ** 2 / max(own[k], 1e-30) / max(target, 1e-30)) if left > 1e-9 else 0.0
+        share = (
+            float(cross[k] ** 2 / max(own[k], 1e-30) / max(target, 1e-30)) if left > STANDARD.no_sensitivity else 0.0
+        )
         start = _start(one.effect, one, step)
         found.append(Candidate(one.effect.name, share, left, start, _wrong(one.effect, step), int(places[k])))
     return found
@@ -161,7 +157,7 @@ def _slopes(setting: Setting, state: State, law: Array) -> list[Array | None]:
         if not record.moves or not any(e.moves for e in setting.known.values()):
             found.append(None)
             continue
-        current, step = setting.control(at, state), SLOPE * setting.scales.control
+        current, step = setting.control(at, state), STANDARD.slope_step * setting.scales.control
         ends = [setting.law_at(at, current + side * step).values @ law for side in (-1.0, 1.0)]
         slope = setting.passed(at, state, ((ends[1] - ends[0]) / (2.0 * step))[:, None])[:, 0]
         found.append(slope)

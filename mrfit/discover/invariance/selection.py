@@ -1,17 +1,15 @@
 """The decision: evidence in, effects out. Nothing here computes, reads or writes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.invariance.findings import BrokenInvariance, Parameter, Standing
-from mrfit.discover.invariance.policy import Policy
+from mrfit.discover.policy import Policy
 
 # Levels of the nuisance
 TRAVEL, TIME, FULL = 2, 3, 4
-# Two-sided 95 %
-QUANTILE = 0.975
 
 
 @dataclass(frozen=True)
@@ -183,7 +181,7 @@ def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[lis
     """Return the candidates to refine, the one that could take most first, and those that are turned down at once."""
     ordered = sorted(candidates, key=lambda c: -c.rank)
     least = policy.worth_refining * policy.share
-    good = [c for c in ordered if c.left >= policy.left and c.rank >= least][: policy.most_refined]
+    good = [c for c in ordered if c.left >= policy.sensitivity_left and c.rank >= least][: policy.most_refined]
     return good, [c for c in ordered if c not in good]
 
 
@@ -191,8 +189,10 @@ def worth_pairing(screening: Screening, policy: Policy) -> list[Pair]:
     """Return the pairs to refine where no effect alone is there: together they take more than both alone."""
     alone = {c.name: c.rank for c in screening.candidates}
     return [
-        p for p in screening.pairs if p.share >= max(policy.pair, policy.gain_of_pair * sum(alone[n] for n in p.names))
-    ][: policy.most_pairs]
+        p
+        for p in screening.pairs
+        if p.share >= max(policy.pair_share, policy.gain_of_pair * sum(alone[n] for n in p.names))
+    ][: policy.most_law_pairs]
 
 
 def both(rows: Sequence[Refined], policy: Policy) -> bool:
@@ -202,7 +202,7 @@ def both(rows: Sequence[Refined], policy: Policy) -> bool:
 
 def screened_out(candidate: Candidate, policy: Policy) -> str:
     """Return why a candidate is not refined."""
-    if candidate.left < policy.left:
+    if candidate.left < policy.sensitivity_left:
         return "the law may have it"
     if candidate.wrong and candidate.share >= policy.worth_refining * policy.share:
         return "its strength would have the wrong sign"
@@ -223,7 +223,7 @@ def objection(row: Refined, policy: Policy) -> str:
     """Return why a refined effect is not there; empty if it is."""
     s = row.standing
     reasons = (
-        (s.left < policy.left, "the law may have it"),
+        (s.left < policy.sensitivity_left, "the law may have it"),
         (not row.sign, "its strength would have the wrong sign"),
         (looks_early(row, policy), f"a record that is early would take {row.early:.0%} of what it takes"),
         (s.z < _clear(s, policy), f"only {s.z:.1f} standard errors from neutral"),
@@ -240,7 +240,7 @@ def _clear(s: Standing, policy: Policy) -> float:
 
     Where one condition tells most of an effect, its strength without that one scatters, though it is there as well.
     """
-    return policy.clear_of_most if _takes_most(s, policy) else policy.clear
+    return policy.clear_of_nearly_all if _takes_most(s, policy) else policy.law_clear
 
 
 def _share(s: Standing, policy: Policy) -> float:
@@ -249,13 +249,13 @@ def _share(s: Standing, policy: Policy) -> float:
 
 
 def _takes_most(s: Standing, policy: Policy) -> bool:
-    return min(s.share, s.kept) >= policy.most
+    return min(s.share, s.kept) >= policy.nearly_all
 
 
 def worth_weighing(row: Refined, policy: Policy) -> bool:
     """Return whether an effect without proof deserves weights of its own: it takes enough, where it was fitted."""
     s = row.standing
-    return row.sign and s.left >= policy.left and s.share >= policy.share and not looks_early(row, policy)
+    return row.sign and s.left >= policy.sensitivity_left and s.share >= policy.share and not looks_early(row, policy)
 
 
 def stands_weighed(row: Refined, policy: Policy) -> bool:
@@ -281,17 +281,17 @@ def decide(rows: Sequence[Refined], policy: Policy) -> Round:
     good = sorted((r for r, (_, why) in zip(rows, reasons, strict=True) if not why), key=lambda r: r.error)
     if not good:
         return Round("", (), reasons)
-    near = [r for r in good if r.error <= policy.simpler * good[0].error]
+    near = [r for r in good if r.error <= policy.simpler_error * good[0].error]
     winner = min(near, key=lambda r: r.numbers)
-    rivals = tuple(r.name for r in good if r is not winner and r.error < policy.rival * winner.error)
+    rivals = tuple(r.name for r in good if r is not winner and r.error < policy.rival_error * winner.error)
     return Round(winner.name, rivals, reasons)
 
 
 def worth_a_swap(candidates: Sequence[Candidate], present: Refined, policy: Policy) -> list[Candidate]:
     """Return the candidates to refine instead of an effect that is there, with everything else."""
-    least = policy.instead * present.standing.share
-    good = [c for c in candidates if c.left >= policy.left and c.name != present.name and c.rank >= least]
-    return sorted(good, key=lambda c: -c.rank)[: policy.most_pairs]
+    least = policy.swap_share * present.standing.share
+    good = [c for c in candidates if c.left >= policy.sensitivity_left and c.name != present.name and c.rank >= least]
+    return sorted(good, key=lambda c: -c.rank)[: policy.most_law_pairs]
 
 
 def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
@@ -311,13 +311,20 @@ def _unsure(row: Refined, policy: Policy) -> str:
     return f"its force is told to ± {row.unsure:.0%} only" if row.unsure > policy.unsure else ""
 
 
+def beside_longer_memory(policy: Policy) -> Policy:
+    """Return thresholds with what is asked for beside a law that remembers for longer."""
+    lowered = ("law_clear", "clear_of_nearly_all", "share", "share_if_plain", "plain", "kept", "held")
+    asked = {name: policy.further * getattr(policy, name) for name in lowered}
+    return replace(policy, **asked, **{"unsure": policy.unsure / policy.further})
+
+
 def stands_further(row: Refined, before: float, policy: Policy) -> bool:
     """Return whether a law of longer memory leaves an effect its force, also on conditions left out.
 
     ``before`` is the size of its force beside a law of shorter memory.
     """
     s = row.standing
-    return row.sign and s.kept >= policy.further * policy.kept and abs(1.0 - s.size / before) <= policy.drifts
+    return row.sign and s.kept >= policy.further * policy.kept and abs(1.0 - s.size / before) <= policy.force_drifts
 
 
 def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:
@@ -332,11 +339,11 @@ def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -
     policy
         Thresholds.
     """
-    name, why = weakest(rows, policy.beside_longer_memory)
+    name, why = weakest(rows, beside_longer_memory(policy))
     if name:
         return name, why
     taken = {r.name: 1.0 - r.standing.size / before[r.name] for r in rows}
     most = max(taken, key=lambda n: taken[n], default="")
-    if most and taken[most] > policy.drifts:
+    if most and taken[most] > policy.force_drifts:
         return most, f"it takes over {taken[most]:.0%} of its force"
     return "", ""

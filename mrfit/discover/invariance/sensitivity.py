@@ -16,17 +16,8 @@ from mrfit.core.protocols import AddsTerm, ChangesInput, Effect, ErrsInRecord, S
 from mrfit.core.specs import Array, Breaks, EffectSpec, Param
 from mrfit.discover.invariance.nuisance import Scales
 from mrfit.discover.invariance.records import Record
+from mrfit.discover.policy import STANDARD
 from mrfit.kernels.theta import plain
-
-# Where screening looks: strengths that do not enter linearly, by unit
-TIMES = (0.003, 0.006, 0.012, 0.025, 0.05, 0.1)
-CONTROLS = (0.02, 0.05, 0.1, 0.2)
-SHARES = (0.15, 0.6)
-# … and shapes: places in the stroke, middles, speeds, time constants
-RELEASES = (0.004, 0.012, 0.04, 0.12, 0.4)
-PLACES, MIDDLES, SPEEDS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0), (-0.2, -0.1, 0.0, 0.1, 0.2), (0.02, 0.1)
-# Step of a numerical derivative, as a share of a parameter's scale
-STEP = 1e-4
 
 
 @dataclass(frozen=True)
@@ -122,10 +113,10 @@ def starts(effect: Examined, scales: Scales, middle: float) -> Iterator[Array]:
 
 def _strengths(param: Param, scales: Scales) -> Sequence[float]:
     if param.unit == "s":
-        return TIMES
+        return STANDARD.screened_times
     if param.unit == unit_of(CONTROL):
-        return tuple(c * scales.control for c in CONTROLS)
-    return tuple(s * param.high for s in SHARES)
+        return tuple(c * scales.control for c in STANDARD.screened_controls)
+    return tuple(s * param.high for s in STANDARD.screened_shares)
 
 
 def is_place(param: Param, scales: Scales) -> bool:
@@ -136,18 +127,18 @@ def is_place(param: Param, scales: Scales) -> bool:
 def _grid(param: Param, scales: Scales, middle: float) -> Sequence[float]:
     logarithmic = param.scale == "log"
     if is_place(param, scales):
-        return tuple(p * scales.travel for p in PLACES) if logarithmic else _middles(scales, middle)
+        return tuple(p * scales.travel for p in STANDARD.screened_places) if logarithmic else _middles(scales, middle)
     if param.unit == f"{scales.unit}/s" and logarithmic:
-        return tuple(s * scales.speed for s in SPEEDS)
+        return tuple(s * scales.speed for s in STANDARD.screened_speeds)
     if param.unit == "s" and logarithmic:
-        return RELEASES
+        return STANDARD.screened_releases
     if param.unit == "1" and logarithmic:
         return param.start, float(np.sqrt(param.start * param.high))
     return (param.start,)
 
 
 def _middles(scales: Scales, middle: float) -> tuple[float, ...]:
-    return tuple(middle + m * scales.travel for m in MIDDLES)
+    return tuple(middle + m * scales.travel for m in STANDARD.screened_middles)
 
 
 def added(effect: Examined, record: Record, theta: Array) -> Array:
@@ -185,7 +176,7 @@ def changed(effect: Examined, record: Record, theta: Array, values: Array) -> Ar
 def step_of(effect: Examined, number: int, value: float) -> float:
     """Return the step of a numerical derivative by one group of parameters."""
     param = effect.of(number)
-    return STEP * (abs(value) if value else (param.high - param.low) * 1e-2)
+    return STANDARD.derivative_step * (abs(value) if value else (param.high - param.low) * STANDARD.derivative_of_zero)
 
 
 def missing(effect: Examined, channels: frozenset[str], spans: Mapping[str, float]) -> str:

@@ -7,12 +7,9 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.discover.invariance.nuisance import Columns, Motion, Scales, columns, motion_of, scales_of
-from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.records import Record
 from mrfit.discover.invariance.sensitivity import Examined, changed, moved
-
-# A row is a mean over so many seconds, with a current that moves and without, at most this share of the fastest cycle
-ROW_MOVING, ROW, ROW_OF_CYCLE = 0.004, 0.01, 0.08
+from mrfit.discover.policy import STANDARD, Policy
 
 State = Mapping[str, Array]
 """Effects that are taken to be there, each with its parameters (Q,)."""
@@ -97,7 +94,7 @@ class Setting:
         """Return the nuisance (L + N, p) of one record at a current (L + N,)."""
         key = (at, current.tobytes() if self.records[at].moves else current[-1:].tobytes())
         if key not in self._made:
-            if len(self._made) > 4 * len(self.records):
+            if len(self._made) > STANDARD.kept_laws * len(self.records):
                 self._made.clear()
             self._made[key] = columns(self.motions[at], current, self.records[at].dt, self.scales)
         return self._made[key]
@@ -131,7 +128,7 @@ def setting_of(
 
 
 def _row(record: Record) -> int:
-    longest = min(ROW_MOVING if record.moves else ROW, ROW_OF_CYCLE / record.fastest)
+    longest = min(STANDARD.row_moving if record.moves else STANDARD.row_still, STANDARD.row_of_cycle / record.fastest)
     return max(int(round(longest / record.dt)), 1)
 
 

@@ -10,19 +10,14 @@ from mrfit.core.specs import Array
 from mrfit.discover.invariance.estimate import Fitted, Table, squares, table
 from mrfit.discover.invariance.findings import Parameter, Standing
 from mrfit.discover.invariance.screening import contribution, early, level_of
-from mrfit.discover.invariance.selection import FULL, QUANTILE, TIME, TRAVEL, Described, Refined
+from mrfit.discover.invariance.selection import FULL, TIME, TRAVEL, Described, Refined
 from mrfit.discover.invariance.setting import Setting
+from mrfit.discover.policy import STANDARD
 
 TINY = 1e-300
-# What smoothing, sampling and the forms of effects are good for, as a share of a value: no interval is narrower. On
-# generated records of four laws 92 % of the intervals held the truth with 2 %, 96 % with 3 % and more
-ACCURACY = 0.04
-# Bounds of the ratio of a group's squared errors
-MOST_RATIO = 10.0
 LARGEST = "largest force"
-# Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
-# one another may leave to be thought of as the law
-LADDER, ADEQUATE = (TRAVEL, TIME, FULL), 2.0
+# Levels of the nuisance between which an estimate must not differ
+LADDER = (TRAVEL, TIME, FULL)
 
 
 def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: str) -> Described:
@@ -52,7 +47,7 @@ def adequate(made: Table, level: int, offset: bool | None = None, effects: int |
     def left(at: int) -> float:
         return squares(gram, made.solve(gram, at, effects, offset))
 
-    return [k for k in LADDER if k != level and left(k) <= ADEQUATE * left(level)]
+    return [k for k in LADDER if k != level and left(k) <= STANDARD.adequate * left(level)]
 
 
 def halves(made: Table, level: int, offset: bool | None = None) -> Array:
@@ -60,7 +55,7 @@ def halves(made: Table, level: int, offset: bool | None = None) -> Array:
     best, without = made.steps(level, offset), made.jackknife(level, offset)[0]
     others = adequate(made, level, offset) or [k for k in (TIME, FULL) if k != level][:1]
     spread = np.max(np.abs([made.steps(k, offset) - best for k in others]), axis=0)
-    wide: Array = student.ppf(QUANTILE, len(without) - 1) * np.hypot(scatter(without), spread)
+    wide: Array = student.ppf(STANDARD.quantile, len(without) - 1) * np.hypot(scatter(without), spread)
     return wide
 
 
@@ -69,7 +64,7 @@ def typical_gain(before: Array, after: Array) -> float:
 
     A sum would listen to the few groups alone that no other group says anything of, with the effect or without.
     """
-    ratios = np.clip((after + TINY) / (before + TINY), 1.0 / MOST_RATIO, MOST_RATIO)
+    ratios = np.clip((after + TINY) / (before + TINY), 1.0 / STANDARD.group_ratio, STANDARD.group_ratio)
     return 1.0 - float(np.exp(np.mean(np.log(ratios))))
 
 
@@ -98,7 +93,7 @@ def _parameters(setting: Setting, fitted: Fitted, name: str, level: int, offset:
             if number in found:
                 difference, scattered = found[number]
                 value += difference if lower else 0.0
-                wide = float(np.hypot(scattered, ACCURACY * value))
+                wide = float(np.hypot(scattered, STANDARD.accuracy * value))
                 low, high = value - wide, value + wide
             rows.append(Parameter(param.name, param.unit, value, low, high))
     return tuple(rows)
@@ -131,8 +126,8 @@ def _standing(
     differences = {k: abs(factor(beside.total, k) - best) for k in LADDER if k != level}
     spread = min(differences.values())
     most = max((differences[k] for k in adequate(beside, level, offset, count)), default=spread)
-    half = student.ppf(QUANTILE, len(beside.grams) - 1) * float(np.hypot(error, most)) / max(abs(best), TINY)
-    half = float(np.hypot(half, ACCURACY))
+    half = student.ppf(STANDARD.quantile, len(beside.grams) - 1) * float(np.hypot(error, most)) / max(abs(best), TINY)
+    half = float(np.hypot(half, STANDARD.accuracy))
     standing = Standing(
         share=float(cross.sum() ** 2 / max(own.sum() * target.sum(), TINY)),
         kept=kept,

@@ -11,11 +11,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.estimate import Table, rows_of, table
 from mrfit.discover.invariance.setting import Setting, State
-
-# Edges of the travel since a reversal in half strokes, bounds of its factor, and the fewest rows to tell it from
-EDGES, BOUNDS, FEWEST = (0.01, 0.04, 0.1, 0.3, 1.0), (0.25, 16.0), 20
-# Share of the median condition's mean square below which no condition's is taken, squared
-LEAST = 0.2**2
+from mrfit.discover.policy import STANDARD
 
 
 def equal(setting: Setting) -> list[Array]:
@@ -28,14 +24,14 @@ def weights_of(setting: Setting, state: State) -> list[Array]:
     made = table(setting, equal(setting), state)
     errors = residuals(setting, state, made)
     mean = np.array([float(np.mean(e**2)) for e in errors])
-    mean += LEAST * float(np.median(mean)) + setting.noise**2 + np.finfo(float).tiny
-    edges = setting.scales.travel * np.array(EDGES)
+    mean += STANDARD.weight_floor**2 * float(np.median(mean)) + setting.noise**2 + np.finfo(float).tiny
+    edges = setting.scales.travel * np.array(STANDARD.weight_edges)
     places = [np.searchsorted(edges, setting.row_means(k, _padded(setting, k))) for k in range(len(setting.records))]
     factors = np.ones(len(edges) + 1)
     for k in range(len(factors)):
         own = np.concatenate([e[p == k] ** 2 / m for e, p, m in zip(errors, places, mean, strict=True)])
-        if len(own) > FEWEST:
-            factors[k] = np.clip(own.mean(), *BOUNDS)
+        if len(own) > STANDARD.weight_rows:
+            factors[k] = np.clip(own.mean(), *STANDARD.weight_bounds)
     found = [1.0 / np.sqrt(m * factors[p]) for m, p in zip(mean, places, strict=True)]
     size = np.sqrt(np.mean(np.concatenate(found) ** 2))
     return [f / size for f in found]

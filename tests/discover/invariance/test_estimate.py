@@ -9,12 +9,12 @@ from mrfit.core.registry import load
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.estimate import refine, rows_of, squares, table
-from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.screening import screened
 from mrfit.discover.invariance.selection import FULL, TRAVEL
 from mrfit.discover.invariance.sensitivity import Examined, examined
 from mrfit.discover.invariance.setting import Setting, setting_of
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
+from mrfit.discover.policy import STANDARD
 from tests.discover.invariance.specimens import HALF_STROKE, records
 
 STIFFNESS = 3e3
@@ -110,7 +110,7 @@ def test_a_sensitivity_in_the_span_of_every_law_has_nothing_left() -> None:
     rows = records()
     made = setting_of(rows, none(rows).terms, [own, effect("gas-spring")], STANDARD)
     left = {c.name: c.left for c in screened(made, equal(made), {}).candidates}
-    assert left["drag"] < STANDARD.left < left["gas-spring"]
+    assert left["drag"] < STANDARD.sensitivity_left < left["gas-spring"]
 
 
 def test_weights_are_small_where_the_law_leaves_much() -> None:

@@ -12,15 +12,15 @@ from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.choice import Chosen, beside_longer_memory, choose, chosen_effects
-from mrfit.discover.invariance.estimate import RIDGE, refine, rows_of
+from mrfit.discover.invariance.estimate import refine, rows_of
 from mrfit.discover.invariance.generic import broken
-from mrfit.discover.invariance.policy import STANDARD
-from mrfit.discover.invariance.regression import FURTHER, Regression, arrays
+from mrfit.discover.invariance.regression import Regression, arrays
 from mrfit.discover.invariance.selection import LawSource
 from mrfit.discover.invariance.sensitivity import examined
 from mrfit.discover.invariance.setting import Setting, State, setting_of
 from mrfit.discover.invariance.standing import described
 from mrfit.discover.invariance.weights import weights_of
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.record import Reader, Recorder
 from tests.discover.invariance.specimens import HALF_STROKE, Force, records
 
@@ -32,7 +32,7 @@ def setting(effect: Force, horizon: float = 1.0) -> Setting:
 
 
 def regression(effect: Force) -> Regression:
-    return Regression(setting(effect), setting(effect, FURTHER), STANDARD)
+    return Regression(setting(effect), setting(effect, STANDARD.longer_memory), STANDARD)
 
 
 def spring(channels: Mapping[str, Array], force: Array) -> Array:
@@ -44,7 +44,7 @@ def test_a_name_that_holds_with_twice_the_memory_stays_and_another_goes() -> Non
     chosen = chosen_effects(source, STANDARD)
     assert set(chosen.state) == {"gas-spring"}
     assert set(beside_longer_memory(source, chosen, STANDARD).state) == {"gas-spring"}
-    strict = replace(STANDARD, clear=1e9, clear_of_most=1e9, no_rival=np.inf)
+    strict = replace(STANDARD, law_clear=1e9, clear_of_nearly_all=1e9, no_rival=np.inf)
     dropped = beside_longer_memory(source, chosen, strict)
     assert dropped.state == {}
     assert dropped.found == ()
@@ -65,21 +65,21 @@ def left(of: Setting, state: State) -> float:
     """Return the mean squared error of the best law, by a plain least squares fit."""
     rows = rows_of(of, state)
     law, target = np.vstack(rows.law), np.concatenate(rows.target)
-    found = np.linalg.solve(law.T @ law + RIDGE * len(law) * np.eye(law.shape[1]), law.T @ target)
+    found = np.linalg.solve(law.T @ law + STANDARD.law_ridge * len(law) * np.eye(law.shape[1]), law.T @ target)
     return float(np.mean((target - law @ found) ** 2))
 
 
 @pytest.mark.parametrize(("factor", "stands"), [(0.99, True), (1.01, False)])
 def test_a_longer_memory_that_leaves_more_than_the_effect_is_no_rival(factor: float, stands: bool) -> None:
-    own, further, source = setting(spring), setting(spring, FURTHER), regression(spring)
+    own, further, source = setting(spring), setting(spring, STANDARD.longer_memory), regression(spring)
     chosen = chosen_effects(source, STANDARD)
     ratio = left(further, {}) / left(own, arrays(chosen.state))
-    policy = replace(STANDARD, clear=1e9, clear_of_most=1e9, no_rival=ratio * factor)
+    policy = replace(STANDARD, law_clear=1e9, clear_of_nearly_all=1e9, no_rival=ratio * factor)
     assert bool(beside_longer_memory(source, chosen, policy).state) is stands
 
 
 def test_intervals_know_how_much_a_longer_memory_moves_a_value() -> None:
-    further, source = setting(spring, FURTHER), regression(spring)
+    further, source = setting(spring, STANDARD.longer_memory), regression(spring)
     chosen = chosen_effects(source, STANDARD)
     (before,), (after,) = chosen.found, beside_longer_memory(source, chosen, STANDARD).found
     k, wider = before.parameters[0], after.parameters[0]

@@ -8,9 +8,9 @@ import pytest
 from mrfit.core.registry import load
 from mrfit.discover.invariance.base import Base, base_of, none
 from mrfit.discover.invariance.owned import explained, lawful, owns
-from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.sensitivity import Examined, examined
 from mrfit.discover.invariance.setting import setting_of
+from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.invariance.specimens import records

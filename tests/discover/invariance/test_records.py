@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.policy import STANDARD
-from mrfit.discover.invariance.records import (
-    MOST_RATE,
-    MOVES,
-    SAMPLES_OF_FASTEST,
-    from_arrays,
-    thinned,
-    with_steady_currents,
-)
+from mrfit.discover.invariance.records import thinned, with_steady_currents
 from mrfit.discover.invariance.setting import setting_of
+from mrfit.discover.policy import STANDARD
 from tests.discover.invariance.specimens import records
 
 RATE = 4000.0
@@ -26,7 +19,7 @@ def channels(f: float, seconds: float = 2.0, lead: int = 0) -> dict[str, np.ndar
     return {"displacement": x, "velocity": 0.01 * w * np.cos(w * t), "acceleration": -(w**2) * x, "time": t}
 
 
-@pytest.mark.parametrize(("f", "rate"), [(2.0, MOST_RATE), (20.0, 20.0 * SAMPLES_OF_FASTEST)])
+@pytest.mark.parametrize(("f", "rate"), [(2.0, STANDARD.rate_max), (20.0, 20.0 * STANDARD.samples_of_fastest)])
 def test_a_record_has_as_many_samples_as_its_motion_needs(f: float, rate: float) -> None:
     found = thinned("a", 1.0 / RATE, channels(f), np.ones(int(2 * RATE)), "force")
     assert 1.0 / found.dt == pytest.approx(rate, rel=0.15)
@@ -59,22 +52,15 @@ def test_noise_about_zero_current_is_no_current_that_moves(share: float, moves: 
     wave = np.sqrt(2.0) * np.sin(2.0 * np.pi * 5.0 * made["time"])
     output = np.ones(len(wave))
     full = thinned("full", 1.0 / RATE, {**made, "current": np.full(len(wave), 2.0)}, output, "force")
-    still = thinned("still", 1.0 / RATE, {**made, "current": 2.0 * MOVES * share * wave}, output, "force")
+    still = thinned(
+        "still", 1.0 / RATE, {**made, "current": 2.0 * STANDARD.moving_control * share * wave}, output, "force"
+    )
     assert still.moves
     kept, steady = with_steady_currents([full, still])
     assert steady.moves is moves
     assert bool(np.ptp(steady.control) > 0.0) is moves
     assert np.mean(steady.control) == pytest.approx(np.mean(still.control), abs=1e-9)
     np.testing.assert_array_equal(kept.control, full.control)
-
-
-def test_the_motion_of_a_raw_stroke_is_derived_with_the_package_s_smoother() -> None:
-    made, rng = channels(2.0), np.random.default_rng(1)
-    raw = {"displacement": made["displacement"] + rng.normal(0.0, 5e-6, len(made["time"])), "force": made["velocity"]}
-    found = from_arrays(1.0 / RATE, "force", raw, "a")
-    middle = slice(20, -20)
-    true = found.output[middle]
-    assert np.max(np.abs(found.measured(found.speed)[middle] - true)) < 0.02 * np.max(np.abs(true))
 
 
 @pytest.mark.parametrize(("conditions", "whole"), [(8, True), (STANDARD.fewest_groups - 1, False)])

@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from mrfit.discover.invariance.findings import Standing
-from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.selection import (
     Candidate,
     Pair,
     Refined,
     Screening,
+    beside_longer_memory,
     both,
     decide,
     looks_early,
@@ -25,6 +25,7 @@ from mrfit.discover.invariance.selection import (
     worth_refining,
     worth_weighing,
 )
+from mrfit.discover.policy import STANDARD
 
 GOOD = Standing(share=0.6, kept=0.5, held=0.4, size=0.05, z=20.0, left=0.1, improved=1.0)
 
@@ -40,11 +41,11 @@ def test_a_clear_effect_has_no_objection() -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("z", STANDARD.clear),
+        ("z", STANDARD.law_clear),
         ("kept", STANDARD.kept),
         ("held", STANDARD.held),
         ("size", STANDARD.size),
-        ("left", STANDARD.left),
+        ("left", STANDARD.sensitivity_left),
     ],
 )
 def test_each_threshold_fires_below_and_not_above(name: str, value: float) -> None:
@@ -58,15 +59,15 @@ def test_beside_the_others_the_force_of_an_effect_has_to_be_told(factor: float, 
     unsure = Refined("lag", GOOD, 1.0, unsure=STANDARD.unsure * factor)
     assert not objection(unsure, STANDARD)
     assert weakest([row(), unsure], STANDARD)[0] == goes
-    assert weakest([unsure], STANDARD.beside_longer_memory) == ("", "")
+    assert weakest([unsure], beside_longer_memory(STANDARD)) == ("", "")
 
 
 def test_of_what_takes_nearly_all_on_conditions_left_out_too_fewer_standard_errors_are_asked_for() -> None:
     for share, kept, z, fires in (
-        (0.9, STANDARD.most * 1.01, STANDARD.clear_of_most * 1.01, False),
-        (0.9, STANDARD.most * 1.01, STANDARD.clear_of_most * 0.99, True),
-        (0.9, STANDARD.most * 0.99, STANDARD.clear * 0.99, True),
-        (STANDARD.most * 0.99, 0.9, STANDARD.clear * 0.99, True),
+        (0.9, STANDARD.nearly_all * 1.01, STANDARD.clear_of_nearly_all * 1.01, False),
+        (0.9, STANDARD.nearly_all * 1.01, STANDARD.clear_of_nearly_all * 0.99, True),
+        (0.9, STANDARD.nearly_all * 0.99, STANDARD.law_clear * 0.99, True),
+        (STANDARD.nearly_all * 0.99, 0.9, STANDARD.law_clear * 0.99, True),
     ):
         assert bool(objection(row(share=share, kept=kept, z=z), STANDARD)) is fires
 
@@ -75,15 +76,15 @@ def test_an_effect_is_weighed_again_if_it_takes_enough() -> None:
     assert worth_weighing(row(share=1.01 * STANDARD.share, z=1.0), STANDARD)
     assert not worth_weighing(row(share=0.99 * STANDARD.share), STANDARD)
     assert not worth_weighing(row(sign=False), STANDARD)
-    assert not worth_weighing(row(left=0.99 * STANDARD.left), STANDARD)
+    assert not worth_weighing(row(left=0.99 * STANDARD.sensitivity_left), STANDARD)
     assert not worth_weighing(row(early=1.01 * STANDARD.early_at_most), STANDARD)
 
 
 def test_by_weights_of_its_own_an_effect_has_to_take_nearly_all() -> None:
-    most = 1.01 * STANDARD.most
+    most = 1.01 * STANDARD.nearly_all
     assert stands_weighed(row(share=most, kept=most), STANDARD)
-    assert not stands_weighed(row(share=most, kept=0.99 * STANDARD.most), STANDARD)
-    assert not stands_weighed(row(share=0.99 * STANDARD.most, kept=most), STANDARD)
+    assert not stands_weighed(row(share=most, kept=0.99 * STANDARD.nearly_all), STANDARD)
+    assert not stands_weighed(row(share=0.99 * STANDARD.nearly_all, kept=most), STANDARD)
     assert not stands_weighed(row(share=most, kept=most, held=0.0), STANDARD)
 
 
@@ -110,7 +111,7 @@ def test_an_early_record_is_no_mass_if_it_takes_much_or_something_of_its_own(
 
 
 def test_the_effect_that_leaves_least_wins_and_near_ones_are_rivals() -> None:
-    near, far = STANDARD.rival * 0.99, STANDARD.rival * 1.01
+    near, far = STANDARD.rival_error * 0.99, STANDARD.rival_error * 1.01
     found = decide([row("b", near), row("a", 1.0), row("c", far)], STANDARD)
     assert (found.winner, found.rivals) == ("a", ("b",))
 
@@ -125,7 +126,8 @@ def test_an_effect_with_an_objection_neither_wins_nor_rivals() -> None:
 def test_only_what_could_be_named_is_refined_and_no_more_than_a_few() -> None:
     least = STANDARD.worth_refining * STANDARD.share
     rows = [
-        Candidate("a", least * 1.01, 0.1), Candidate("b", least * 0.99, 0.1), Candidate("c", 0.9, STANDARD.left * 0.9),
+        Candidate("a", least * 1.01, 0.1), Candidate("b", least * 0.99, 0.1),
+        Candidate("c", 0.9, STANDARD.sensitivity_left * 0.9),
         Candidate("d", 0.9, 0.1, wrong=True),
     ]  # fmt: skip
     good, rest = worth_refining(rows, STANDARD)
@@ -138,7 +140,7 @@ def test_only_what_could_be_named_is_refined_and_no_more_than_a_few() -> None:
 
 
 def test_what_is_not_refined_is_told_why() -> None:
-    assert "law" in screened_out(Candidate("c", 0.9, STANDARD.left * 0.9), STANDARD)
+    assert "law" in screened_out(Candidate("c", 0.9, STANDARD.sensitivity_left * 0.9), STANDARD)
     assert "sign" in screened_out(Candidate("c", 0.9, 0.1, wrong=True), STANDARD)
     assert "2%" in screened_out(Candidate("c", 0.02, 0.1), STANDARD)
 
@@ -154,13 +156,13 @@ def test_a_pair_is_refined_only_if_it_takes_much_and_more_than_both_alone() -> N
     def paired(share: float) -> int:
         return len(worth_pairing(Screening(alone, (Pair(("a", "b"), share, ((1.0,), (1.0,))),)), STANDARD))
 
-    least = max(STANDARD.pair, STANDARD.gain_of_pair * 0.4)
+    least = max(STANDARD.pair_share, STANDARD.gain_of_pair * 0.4)
     assert paired(least * 1.01) == 1
     assert paired(least * 0.99) == 0
     weak = Screening((Candidate("a", 0.0, 0.1), Candidate("b", 0.0, 0.1)), (Pair(("a", "b"), 0.39, ((), ())),))
     assert not worth_pairing(weak, STANDARD)
-    many = tuple(Pair(("a", "b"), 0.9, ((), ())) for _ in range(STANDARD.most_pairs + 1))
-    assert len(worth_pairing(Screening(alone, many), STANDARD)) == STANDARD.most_pairs
+    many = tuple(Pair(("a", "b"), 0.9, ((), ())) for _ in range(STANDARD.most_law_pairs + 1))
+    assert len(worth_pairing(Screening(alone, many), STANDARD)) == STANDARD.most_law_pairs
 
 
 def test_two_stand_only_if_both_have_proof() -> None:
@@ -171,28 +173,28 @@ def test_two_stand_only_if_both_have_proof() -> None:
 @pytest.mark.parametrize(("factor", "winner"), [(0.99, "simple"), (1.01, "rich")])
 def test_fewer_numbers_win_where_they_leave_as_little(factor: float, winner: str) -> None:
     rich = replace(row("rich", 1.0), numbers=4)
-    assert decide([rich, row("simple", STANDARD.simpler * factor)], STANDARD).winner == winner
+    assert decide([rich, row("simple", STANDARD.simpler_error * factor)], STANDARD).winner == winner
 
 
 @pytest.mark.parametrize(("factor", "tried"), [(1.01, ["b"]), (0.99, [])])
 def test_another_is_tried_in_an_effect_s_place_if_it_could_take_much_of_it(factor: float, tried: list[str]) -> None:
-    rows = [Candidate("b", STANDARD.instead * GOOD.share * factor, 0.1), Candidate("spring", 1.0, 0.1)]
+    rows = [Candidate("b", STANDARD.swap_share * GOOD.share * factor, 0.1), Candidate("spring", 1.0, 0.1)]
     assert [c.name for c in worth_a_swap(rows, row(), STANDARD)] == tried
 
 
 @pytest.mark.parametrize(("factor", "name"), [(0.99, ""), (1.01, "spring")])
 def test_a_force_that_a_law_of_longer_memory_takes_over_is_the_law_s(factor: float, name: str) -> None:
-    size = GOOD.size * (1.0 - STANDARD.drifts * factor)
+    size = GOOD.size * (1.0 - STANDARD.force_drifts * factor)
     assert lost([row(size=size)], {"spring": GOOD.size}, STANDARD)[0] == name
     assert lost([row(size=2.0 * GOOD.size)], {"spring": GOOD.size}, STANDARD)[0] == ""
-    least = STANDARD.clear * STANDARD.further
+    least = STANDARD.law_clear * STANDARD.further
     assert lost([row(z=0.99 * least)], {"spring": GOOD.size}, STANDARD)[0] == "spring"
     assert lost([row(size=size, z=1.01 * least)], {"spring": GOOD.size}, STANDARD)[0] == name
 
 
 @pytest.mark.parametrize(("factor", "fires"), [(0.999, True), (1.001, False)])
 def test_what_is_not_plain_has_to_take_its_share(factor: float, fires: bool) -> None:
-    found = row(z=0.5 * (STANDARD.clear + STANDARD.plain), share=STANDARD.share * factor)
+    found = row(z=0.5 * (STANDARD.law_clear + STANDARD.plain), share=STANDARD.share * factor)
     assert bool(objection(found, STANDARD)) is fires
 
 
@@ -204,8 +206,8 @@ def test_what_is_plain_may_take_less(z: float, share: float, stands: bool) -> No
 
 @pytest.mark.parametrize(
     ("kept", "size", "stands"),
-    [(1.01, 1.0, True), (0.99, 1.0, False), (1.01, 1.0 + 0.99 * STANDARD.drifts, True),
-     (1.01, 1.0 + 1.01 * STANDARD.drifts, False), (1.01, 1.0 - 1.01 * STANDARD.drifts, False)],
+    [(1.01, 1.0, True), (0.99, 1.0, False), (1.01, 1.0 + 0.99 * STANDARD.force_drifts, True),
+     (1.01, 1.0 + 1.01 * STANDARD.force_drifts, False), (1.01, 1.0 - 1.01 * STANDARD.force_drifts, False)],
 )  # fmt: skip
 def test_an_effect_keeps_its_force_beside_a_longer_memory(kept: float, size: float, stands: bool) -> None:
     found = row(kept=STANDARD.further * STANDARD.kept * kept, size=GOOD.size * size, z=0.1)

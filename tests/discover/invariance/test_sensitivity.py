@@ -12,7 +12,6 @@ from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.estimate import force_of_law
 from mrfit.discover.invariance.nuisance import scales_of
-from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.screening import contribution
 from mrfit.discover.invariance.sensitivity import (
     Examined,
@@ -26,6 +25,7 @@ from mrfit.discover.invariance.sensitivity import (
     step_of,
 )
 from mrfit.discover.invariance.setting import setting_of
+from mrfit.discover.policy import STANDARD
 from mrfit.kernels.filters import lag
 from tests.discover.invariance.specimens import library, records
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.discover.invariance.standing import MOST_RATIO, scatter, typical_gain
+from mrfit.discover.invariance.standing import scatter, typical_gain
+from mrfit.discover.policy import STANDARD
 
 
 def test_a_jackknife_of_means_has_the_standard_error_of_a_mean() -> None:
@@ -23,4 +24,4 @@ def test_one_hopeless_group_hides_nothing_and_a_useless_effect_takes_nothing() -
     before, after = np.array([1.0, 1.0, 1.0, 1.0, 100.0]), np.array([0.1, 0.1, 0.1, 0.1, 200.0])
     assert typical_gain(before, after) > 0.5
     assert typical_gain(before, before) == pytest.approx(0.0)
-    assert typical_gain(np.array([1.0]), np.array([1e6])) == pytest.approx(1.0 - MOST_RATIO)
+    assert typical_gain(np.array([1.0]), np.array([1e6])) == pytest.approx(1.0 - STANDARD.group_ratio)

@@ -9,11 +9,11 @@ from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.choice import Chosen, beside_unnamed, overshadowed
-from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.regression import Regression
 from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import examined
 from mrfit.discover.invariance.setting import setting_of
+from mrfit.discover.policy import STANDARD
 from tests.discover.invariance.specimens import Force, records
 
 SPRING = "gas-spring"
