@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from os import fsencode
 from pathlib import Path
+from typing import cast
 
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
@@ -133,12 +134,23 @@ def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
         except Exception as error:
             refusals.append(_refusal_of(error, path, item))
     try:
-        if len(names) > 1 and isinstance(module, JoinsParts):
-            tables = [_with_history(t, f"joined {', '.join(names)}") for t in module.join(tables)]
+        if len(names) > 1 and (item.rules.join or isinstance(module, JoinsParts)):
+            joined = _beside(tables, item) if item.rules.join else cast(JoinsParts, module).join(tables)
+            tables = [_with_history(t, f"joined {', '.join(names)}") for t in joined]
         recordings = _recordings(tables, item)
     except Exception as error:
         return Outcome(item, (), (*refusals, _refusal_of(error, item.files[0][0], item)))
     return Outcome(item, tuple(recordings), tuple(refusals))
+
+
+def _beside(tables: Sequence[Table], item: Item) -> list[Table]:
+    """Return the tables of files that the channel map joins as one: their columns side by side."""
+    rows = [t.rows for t in tables]
+    if len(set(rows)) > 1:
+        what = f"the files joined as '{item.rules.join}' have {', '.join(map(str, rows))} rows"
+        raise Refusal(item.files[0][0], what, "join files of one record only, and name others in [[files]]")
+    columns = [c for t in tables for c in t.columns]
+    return [replace(tables[0], columns=tuple(replace(c, index=k) for k, c in enumerate(columns)))]
 
 
 def _refusal_of(error: Exception, path: Path, item: Item) -> Refusal:

@@ -237,10 +237,11 @@ def plan_files(
         except Refusal as refusal:
             refusals.append(refusal)
             continue
-        group = part_of(head, reader) or str(file)
+        own = maps.rules(file, root)
+        group = f"{own.where} {own.join}" if own.join else part_of(head, reader) or str(file)
         groups.setdefault(f"{reader}:{group}", []).append((file, digest))
         readers[f"{reader}:{group}"] = reader
-        rules.setdefault(f"{reader}:{group}", maps.rules(file, root))
+        rules.setdefault(f"{reader}:{group}", own)
     items = [Item(tuple(sorted(files)), readers[g], rules[g], settings.max_memory) for g, files in groups.items()]
     return [(item, _key(item)) for item in items], refusals
 

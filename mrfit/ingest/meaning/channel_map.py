@@ -70,6 +70,7 @@ class Part(Strict):
     rate: Positive | None = None
     lever: Positive | None = None
     pattern: str | None = None
+    join: str | None = None
     time: str | int | TimeRule | None = None
     ignore: list[str] = []
     condition: dict[str, Finite | list[Finite]] = {}
@@ -109,6 +110,8 @@ class Rules:
         Length in m of the lever between a press and a rotary device, or None.
     decimate
         Samples of the log for each one that is kept.
+    join
+        Name of the record that files with the same name here hold together, column beside column; None for none.
     low_pass
         Limits in Hz of zero-phase low-passes by channel, ``*`` for all others.
     believed
@@ -121,6 +124,7 @@ class Rules:
     lever: float | None = None
     decimate: int = 1
     pattern: str | None = None
+    join: str | None = None
     time: TimeRule | None = None
     ignore: tuple[str, ...] = ()
     condition: Mapping[str, float | list[float]] = field(default_factory=dict)
@@ -191,7 +195,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         return Rules()
     parts: list[Part] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
-    dt = lever = resistance = pattern = time = coil = None
+    dt = lever = resistance = pattern = join = time = coil = None
     decimate = 1
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
@@ -203,6 +207,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         resistance = part.resistance if part.resistance is not None else resistance
         lever = part.lever or lever
         pattern = part.pattern or pattern
+        join = part.join or join
         time = part.time if part.time is not None else time
         coil = part.coil or coil
         ignore += part.ignore
@@ -217,6 +222,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         lever=lever,
         decimate=decimate,
         pattern=pattern,
+        join=join,
         time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
         ignore=tuple(ignore),
         condition=condition,
