@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr, ndtri, stdtr, stdtrit
 
 from mrfit.core.specs import Array, Index
 
@@ -24,6 +24,8 @@ ODD_UNIT_LEVEL = 0.01
 ODD_CANDIDATES = 2
 # Least variance between units that is distinguished from none, as a share of the greatest that the data allow
 VARIANCE_GRID, LEAST_SHARE = 600, 1e-9
+# Degrees of freedom of units with heavy tails, and steps to their mean
+HEAVY_DEGREES, REWEIGHTINGS = 4.0, 20
 BISECTIONS = 40
 
 
@@ -39,6 +41,8 @@ class Population:
         Estimates of μ and, by restricted likelihood, of ω².
     means, sigmas
         Draws of μ and ω (B,).
+    degrees
+        Of Student's t that the units follow; infinite for normal ones.
     """
 
     values: Array
@@ -47,6 +51,7 @@ class Population:
     variance: float
     means: Array
     sigmas: Array
+    degrees: float = math.inf
 
     @property
     def mean_interval(self) -> tuple[float, float]:
@@ -63,10 +68,10 @@ class Population:
         """Interval that holds 95 % of all units with 95 % confidence."""
         off = np.abs(self.means - self.mean)
         low, high = np.zeros(PIVOT_DRAWS), off + 3.0 * self.sigmas
-        sigmas = np.maximum(self.sigmas, 1e-300)
+        sigmas = np.maximum(self._scales, 1e-300)
         for _ in range(BISECTIONS):
             middle = (low + high) / 2.0
-            held = ndtr((middle - off) / sigmas) - ndtr((-middle - off) / sigmas)
+            held = self._share((middle - off) / sigmas) - self._share((-middle - off) / sigmas)
             low, high = (
                 np.where(held < TOLERANCE_CONTENT, middle, low),
                 np.where(held < TOLERANCE_CONTENT, high, middle),
@@ -77,11 +82,23 @@ class Population:
     @property
     def limits(self) -> tuple[float, float]:
         """One-sided bounds: 95 % of all units are above the first, 95 % below the second, each with 95 % confidence."""
-        reach = float(ndtri(TOLERANCE_CONTENT)) * self.sigmas
+        quantile = ndtri(TOLERANCE_CONTENT) if self.degrees == math.inf else stdtrit(self.degrees, TOLERANCE_CONTENT)
+        reach = float(quantile) * self._scales
         return (
             float(np.quantile(self.means - reach, 1.0 - CONFIDENCE_OF_TOLERANCE)),
             float(np.quantile(self.means + reach, CONFIDENCE_OF_TOLERANCE)),
         )
+
+    @property
+    def _scales(self) -> Array:
+        """Draws of the scale of the law of units (B,)."""
+        scales: Array = self.sigmas * (1.0 if self.degrees == math.inf else math.sqrt(1.0 - 2.0 / self.degrees))
+        return scales
+
+    def _share(self, places: Array) -> Array:
+        """Return the share of units below places in scales."""
+        share: Array = ndtr(places) if self.degrees == math.inf else stdtr(self.degrees, places)
+        return share
 
     @property
     def scores(self) -> Array:
@@ -111,6 +128,31 @@ def population(values: Array, variances: Array, lost: int = 0, seed: int = 0) ->
     return Population(
         values, variances, float(weights @ values / weights.sum()), best, means, np.sqrt(np.maximum(drawn, 0.0))
     )
+
+
+def heavy_tailed(values: Array, variances: Array, seed: int = 0) -> Population:
+    """Return the distribution of values (N,) whose units follow Student's t of few degrees.
+
+    Draws are of the posterior of the scale on a grid, with the prior 1/σ, and of the mean about its best value there.
+    """
+    rng, nu = np.random.default_rng(seed), HEAVY_DEGREES
+    spread = float(np.var(values, ddof=1)) + 1e-300
+    grid = np.geomspace(1e-6, 1e3, VARIANCE_GRID) * spread
+    scales = grid[:, None] + variances
+    mean = np.full(len(grid), float(np.median(values)))
+    for _ in range(REWEIGHTINGS):
+        weights = (nu + 1.0) / (nu * scales + (values - mean[:, None]) ** 2)
+        mean = np.sum(weights * values, axis=1) / weights.sum(axis=1)
+    ratios = (values - mean[:, None]) ** 2 / (nu * scales)
+    precision = np.sum((nu + 1.0) / (nu + 3.0) / scales, axis=1)
+    logarithm = -0.5 * np.sum(np.log(scales) + (nu + 1.0) * np.log1p(ratios), axis=1) - 0.5 * np.log(precision)
+    # the grid is even in the logarithm, so that the prior 1/σ is flat on it
+    share = np.exp(logarithm - logarithm.max())
+    place = rng.choice(len(grid), PIVOT_DRAWS, p=share / share.sum())
+    best, wider = int(np.argmax(logarithm)), nu / (nu - 2.0)
+    means = mean[place] + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(precision[place])
+    sigmas = np.sqrt(grid[place] * wider)
+    return Population(values, variances, float(mean[best]), float(grid[best]) * wider, means, sigmas, nu)
 
 
 def _profile(values: Array, variances: Array) -> tuple[Array, Array, Array, Array]:

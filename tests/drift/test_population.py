@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mrfit.drift.population import odd_units, population
+from mrfit.drift.population import heavy_tailed, odd_units, population
 
 
 def test_it_gives_the_intervals_of_a_normal_sample() -> None:
@@ -41,3 +41,15 @@ def test_a_faulty_unit_stands_out_and_sound_ones_do_not() -> None:
     assert place == 7 and z > 5.0 and probability < 0.01
     # a value that its own fit explains is none
     assert odd_units(values, np.where(np.arange(20) == 7, 25.0, 0.01), 20) == []
+
+
+def test_heavy_tails_widen_ranges_and_hardly_move_the_mean() -> None:
+    values = np.random.default_rng(6).standard_t(4, 40)
+    values[0] = 30.0
+    normal, heavy = population(values, np.full(40, 0.01)), heavy_tailed(values, np.full(40, 0.01))
+    location, scale = stats.t.fit(values, f0=4)[1:]
+    assert heavy.mean == pytest.approx(location, abs=0.05)
+    assert heavy.variance == pytest.approx(2.0 * scale**2, rel=0.1) and heavy.variance < normal.variance
+    low, high = heavy.tolerance
+    assert stats.t.cdf(high, 4, location, scale) - stats.t.cdf(low, 4, location, scale) > 0.95
+    assert heavy.limits[1] < high and heavy.mean_interval[0] < location < heavy.mean_interval[1]
