@@ -62,7 +62,8 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         f"{len(fleet.drifts)} drifts. Logs are compared within one condition: outliers where at least {FEWEST} logs "
         f"have it, drift where at least {FEWEST_FOR_DRIFT}. Deviations are in robust standard deviations (1.4826 times "
         "the median absolute deviation). A batch of sound logs whose values scatter normally lists a value, or a "
-        "drift, once in twenty times. A value that its own interval explains is no outlier."
+        "drift, once in twenty times. A value that its own interval explains is no outlier. "
+        "`mrfit drift` compares the fits of this table over units, cycles, temperature or time."
     )
     spread = [_distribution(g) for g in _shown_groups(fleet)]
     every = _shortened("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups))

@@ -60,7 +60,8 @@ def drift(
         console.say(f"  {note}")
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})
+    plural = ["s" * (count != 1) for count in (made.units, drifts, odd)]
     return console.conclude(
-        f"Drift: {made.units} units, {made.tests} tests; {drifts} drift{'s' * (drifts != 1)}, {odd} unit"
-        f"{'s' * (odd != 1)} that stand{'s' * (odd == 1)} out; {', '.join(made.files)}"
+        f"Drift: {made.units} unit{plural[0]}, {made.tests} tests; {drifts} drift{plural[1]}, {odd} unit{plural[2]} "
+        f"that stand{'s' * (odd == 1)} out; {', '.join(made.files)}"
     )

@@ -36,7 +36,12 @@ STEPS_SHOWN = {
     "energy": (1000.0, "kJ"),
     "temperature": (1.0, "K"),
     "date": (1.0, "day"),
+    "frequency": (1.0, "Hz"),
+    "amplitude": (1e-3, "mm"),
+    "current": (1.0, "A"),
 }
+# Largest exponent of a number
+LARGEST_LOGARITHM = 700.0
 # Steps that are tried as change points, draws by which the greatest of them is judged, values at either side of one
 CHANGES_TRIED, CHANGE_DRAWS, BESIDE_CHANGE = 64, 4000, 3
 STEP_OVER_LINE = 6.0
@@ -275,14 +280,14 @@ def _change_point(trend: Trend, tests: int) -> ChangePoint | None:
         return None
     change = float(contrasts[:, best] @ rest) / float(sizes[best])
     at = float((place[steps[best] > 0].min() + place[steps[best] == 0].max()) / 2.0)
-    share = math.expm1(change) if trend.rows[0].log_scale else change
+    share = _share(change) if trend.rows[0].log_scale else change
     return ChangePoint(covariate=trend.covariates[0], at=at, change=share, probability=probability)
 
 
 def _row(trend: Trend, probabilities: Sequence[float]) -> ParameterOverUnits:
     """Return the row of a trend, in SI units."""
     first, fitted, found = trend.rows[0], trend.fitted, trend.population
-    back = math.exp if first.log_scale else float
+    back = _exponential if first.log_scale else float
     row = ParameterOverUnits(
         parameter=first.parameter,
         condition=first.condition,
@@ -321,13 +326,23 @@ def _row(trend: Trend, probabilities: Sequence[float]) -> ParameterOverUnits:
     )
 
 
+def _exponential(value: float) -> float:
+    """Return the exponential, of what no data determine the greatest there is."""
+    return math.exp(min(value, LARGEST_LOGARITHM))
+
+
+def _share(value: float) -> float:
+    """Return a change of a logarithm as a share."""
+    return math.expm1(min(value, LARGEST_LOGARITHM))
+
+
 def _slope(trend: Trend, k: int, probability: float) -> Slope:
     fitted, name = trend.fitted, trend.covariates[k]
     assert fitted is not None
     step, per = STEPS_SHOWN.get(name, (1.0, f"unit of {name}"))
     value, error = step * float(fitted.beta[k + 1]), step * float(fitted.errors[k + 1])
     width = float(stdtrit(fitted.degrees[k + 1], 0.975)) * error
-    back = math.expm1 if trend.rows[0].log_scale else float
+    back = _share if trend.rows[0].log_scale else float
     differ = step * math.sqrt(float(fitted.components[2])) if k == 0 and len(fitted.components) > 2 else None
     return Slope(
         covariate=name,

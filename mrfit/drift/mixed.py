@@ -167,7 +167,9 @@ def _small_sample(batches: list[_Batch], gamma: Array, information: Array, beta:
     variances = np.einsum("kr,rs,ks->k", slopes, spread, slopes)
     rows = sum(b.y.size for b in batches)
     most = float(rows - len(beta))
-    degrees = np.minimum(2.0 * np.diag(phi) ** 2 / np.maximum(variances, 1e-300), most if free.any() else np.inf)
+    degrees = np.full(len(beta), np.inf)
+    if free.any():
+        degrees = np.minimum(2.0 * np.diag(phi) ** 2 / np.maximum(variances, 1e-12 * np.diag(phi) ** 2), most)
     errors = np.sqrt(np.maximum(np.diag(adjusted), np.diag(phi)))
     return MixedFit(
         beta * scale,

@@ -97,8 +97,8 @@ class Population:
 
     def _share(self, places: Array) -> Array:
         """Return the share of units below places in scales."""
-        share: Array = ndtr(places) if self.degrees == math.inf else stdtr(self.degrees, places)
-        return share
+        share = ndtr(places) if self.degrees == math.inf else stdtr(self.degrees, places)
+        return np.asarray(share, dtype=np.float64)
 
     @property
     def scores(self) -> Array:

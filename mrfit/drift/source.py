@@ -228,7 +228,9 @@ def values_of_fit(fit: Fit, label: str, at: str = "") -> list[FitValue]:
     doubts = tuple(f"warning outdated: {fit.name}: {why}" for why in fit.outdated)
     for result in fit.results:
         recordings = sorted({s.id.rpartition("#")[0] for s in result.segments})
-        log = f"{label}/{recordings[0]}" if len(recordings) == 1 and len(fit.results) > 1 else label
+        # the workspace of a log in a batch is named after it
+        own = len(recordings) == 1 and len(fit.results) > 1 and recordings[0] != Path(label).stem
+        log = f"{label}/{recordings[0]}" if own else label
         condition, covariates = condition_of(result.condition)
         covariates |= {n: float(v) for n in NAMING if (v := getattr(result.at, n)) is not None}
         covariates |= _temperature(result)
