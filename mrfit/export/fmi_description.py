@@ -31,22 +31,12 @@ def variables_of(source: ExportSource) -> list[Variable]:
     """Return inputs, outputs and parameters in the order of their value references."""
     from mrfit.export.fmu import start_of
 
-    found = [
-        Variable(
-            field(name),
-            k,
-            "input",
-            "continuous",
-            channel_text(source, name),
-            unit_of(name),
-            number(start_of(source, name)),
-        )
-        for k, name in enumerate(source.channels)
-    ]
-    output = source.spec.output
-    found.append(
-        Variable(field(output), len(found), "output", "continuous", channel_text(source, output), unit_of(output))
-    )
+    found = list[Variable]()
+    for k, name in enumerate(source.channels):
+        start, text = number(start_of(source, name)), channel_text(source, name)
+        found.append(Variable(field(name), k, "input", "continuous", text, unit_of(name), start))
+    output, text = source.spec.output, channel_text(source, source.spec.output)
+    found.append(Variable(field(output), len(found), "output", "continuous", text, unit_of(output)))
     seen = "whether all inputs lie within what the fit has seen"
     found.append(Variable("in_range", len(found), "output", "discrete", seen, boolean=True))
     for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
@@ -68,36 +58,17 @@ def model_description(source: ExportSource, parts: Parts, token: str, head: Sequ
     units = _units(variables)
     step = number(source.stretches[0].dt) if source.stretches else "0.001"
     experiment = XmlElement("DefaultExperiment", {"startTime": "0.0", "stopTime": "1.0", "stepSize": step})
+    can = {"modelIdentifier": identifier, "canHandleVariableCommunicationStepSize": "true"}
     if fmi == 2:
-        simulation = XmlElement(
-            "CoSimulation",
-            {
-                "modelIdentifier": identifier,
-                "canHandleVariableCommunicationStepSize": "true",
-                "canGetAndSetFMUstate": "true",
-            },
-            [XmlElement("SourceFiles", {}, [XmlElement("File", {"name": n}) for n in (f"{identifier}.c", "fmi2.c")])],
-        )
-        root = XmlElement(
-            "fmiModelDescription",
-            {"fmiVersion": "2.0", "guid": token, **shared},
-            [simulation, units, experiment, _variables_2(variables), _structure_2(variables)],
-        )
-        return xml(root, head)
-    simulation = XmlElement(
-        "CoSimulation",
-        {
-            "modelIdentifier": identifier,
-            "canHandleVariableCommunicationStepSize": "true",
-            "canGetAndSetFMUState": "true",
-        },
-    )
-    root = XmlElement(
-        "fmiModelDescription",
-        {"fmiVersion": "3.0", "instantiationToken": token, **shared},
-        [simulation, units, experiment, _variables_3(variables), _structure_3(variables)],
-    )
-    return xml(root, head)
+        files = XmlElement("SourceFiles", {}, [XmlElement("File", {"name": n}) for n in (f"{identifier}.c", "fmi2.c")])
+        simulation = XmlElement("CoSimulation", can | {"canGetAndSetFMUstate": "true"}, [files])
+        own = {"fmiVersion": "2.0", "guid": token}
+        listed = [_variables_2(variables), _structure_2(variables)]
+    else:
+        simulation = XmlElement("CoSimulation", can | {"canGetAndSetFMUState": "true"})
+        own = {"fmiVersion": "3.0", "instantiationToken": token}
+        listed = [_variables_3(variables), _structure_3(variables)]
+    return xml(XmlElement("fmiModelDescription", own | shared, [simulation, units, experiment, *listed]), head)
 
 
 def _units(variables: Sequence[Variable]) -> XmlElement:
@@ -130,14 +101,8 @@ def _initial(variable: Variable) -> dict[str, str]:
 
 
 def _variables_2(variables: Sequence[Variable]) -> XmlElement:
-    rows = [
-        XmlElement(
-            "ScalarVariable",
-            {**_named(v), **_initial(v)},
-            [XmlElement("Boolean" if v.boolean else "Real", _typed(v))],
-        )
-        for v in variables
-    ]
+    kinds = (XmlElement("Boolean" if v.boolean else "Real", _typed(v)) for v in variables)
+    rows = [XmlElement("ScalarVariable", _named(v) | _initial(v), [k]) for v, k in zip(variables, kinds, strict=True)]
     return XmlElement("ModelVariables", {}, rows)
 
 

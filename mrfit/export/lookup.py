@@ -42,6 +42,16 @@ class Axis:
         """Its SI unit."""
         return unit_of(self.name)
 
+    @property
+    def field(self) -> str:
+        """Its name in C."""
+        return field(self.name)
+
+    @property
+    def constants(self) -> list[str]:
+        """Its breakpoints in C."""
+        return _constants(self.at)
+
 
 @dataclass(frozen=True)
 class LookupTable:
@@ -50,6 +60,16 @@ class LookupTable:
     name: str
     axes: tuple[Axis, ...]
     values: Array
+
+    @property
+    def unit(self) -> str:
+        """Its SI unit."""
+        return unit_of(self.name)
+
+    @property
+    def constants(self) -> list[str]:
+        """Its values in C."""
+        return _constants(self.values)
 
     def __call__(self, *points: Array) -> Array:
         """Return the value at points (N,) of every axis: linear between breakpoints, held beyond."""
@@ -71,26 +91,6 @@ class LookupTable:
                 index.append(np.minimum(places[k] + up, len(axis.at) - 1))
             found += weight * self.values[tuple(index)]
         return found
-
-
-@dataclass(frozen=True)
-class CAxis:
-    """An axis as C: its field, and its breakpoints as constants."""
-
-    name: str
-    unit: str
-    field: str
-    at: list[str]
-
-
-@dataclass(frozen=True)
-class CInverse:
-    """The inverse as C: the channel that it gives, its axes, and its values as constants."""
-
-    output: str
-    unit: str
-    axes: list[CAxis]
-    table: list[str]
 
 
 def files(source: ExportSource, settings: Settings) -> Files:
@@ -287,10 +287,8 @@ def _c(source: ExportSource, table: LookupTable, inverse: LookupTable | None, to
     context = {
         "p": prefix,
         "output": in_comment(table.name),
-        "unit": unit_of(table.name),
-        "axes": _axes(table),
-        "values": _constants(table.values),
-        "inverse": _inverse(inverse) if inverse else None,
+        "table": table,
+        "inverse": inverse,
     }
     jinja = environment(TEMPLATES / "lookup")
     head = c_comment(head_lines(source, told))
@@ -298,14 +296,6 @@ def _c(source: ExportSource, table: LookupTable, inverse: LookupTable | None, to
     header = jinja.get_template("lookup.h.j2").render(context, head=head)
     code = jinja.get_template("lookup.c.j2").render(context, head=short)
     return {f"{prefix}_lookup.h": header.encode("ascii"), f"{prefix}_lookup.c": code.encode("ascii")}
-
-
-def _inverse(table: LookupTable) -> CInverse:
-    return CInverse(table.name, unit_of(table.name), _axes(table), _constants(table.values))
-
-
-def _axes(table: LookupTable) -> list[CAxis]:
-    return [CAxis(a.name, a.unit, field(a.name), _constants(a.at)) for a in table.axes]
 
 
 def _constants(values: Array) -> list[str]:
