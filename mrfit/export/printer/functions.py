@@ -14,20 +14,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 OPERATORS: Mapping[type, str] = {
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.Div: "/",
-    ast.FloorDiv: "//",
-    ast.Mod: "%",
-    ast.Lt: "<",
-    ast.LtE: "<=",
-    ast.Gt: ">",
-    ast.GtE: ">=",
-    ast.Eq: "==",
-    ast.NotEq: "!=",
-    ast.And: "and",
-    ast.Or: "or",
+    **{ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%"},
+    **{ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="},
+    **{ast.And: "and", ast.Or: "or"},
 }
 # Operations of whole numbers, which constants are put through as they are read
 FOLDED = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}
@@ -40,28 +29,11 @@ COMPARED = {
     "!=": operator.ne,
 }
 # Functions of math and numpy of one number by their names in math.h; those of two
+_SAME = (
+    "exp exp2 expm1 log log2 log10 log1p sqrt cbrt fabs floor ceil trunc erf sin cos tan asin acos atan sinh cosh tanh"
+)
 ONE = {
-    **{
-        name: name
-        for name in (
-            *(
-                "exp",
-                "exp2",
-                "expm1",
-                "log",
-                "log2",
-                "log10",
-                "log1p",
-                "sqrt",
-                "cbrt",
-                "fabs",
-                "floor",
-                "ceil",
-                "trunc",
-            ),
-            *("erf", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
-        )
-    },
+    **{name: name for name in _SAME.split()},
     **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "abs": "fabs", "absolute": "fabs"},
 }
 TWO = {
