@@ -19,23 +19,23 @@ from mrfit.core.specs import Array, Index
 from mrfit.io.schemas.apply import Chatter
 
 # A swing counts from this share of the ride's greatest force on
-SWING = 0.02
+_SWING = 0.02
 # Turning points closer than this share of the fastest period of car or road belong to chatter: four times as fast
 SHARE = 1.0 / 8.0
 # So many of them in a row make a burst, and bursts that take this share of the time are chatter
-BURST, LEAST = 6, 0.02
+BURST, _LEAST = 6, 0.02
 # A limit cycle: the second half of what follows the road's end has this share of the first half's rms acceleration, and
 # this share of the greatest acceleration
-KEPT, LASTING = 0.7, 0.02
+_KEPT, LASTING = 0.7, 0.02
 # It is looked for on so many s of level road, and has so many periods in the second half of them
-LEFT, PERIODS = 0.4, 2
+_LEFT, PERIODS = 0.4, 2
 # Chatter is gone if this share of its swings times their time is left
-GONE = 0.35
+_GONE = 0.35
 SOFTENING = 0.02
 # Time in s that is simulated again behind the first burst
 _AFTER = 1.0
 # A jump: this share of the greatest force within half a step, and so many times what is before and behind it
-JUMP, _ABOVE = 0.05, 5.0
+_JUMP, _ABOVE = 0.05, 5.0
 FINER = 4
 
 
@@ -54,7 +54,7 @@ def look(ride: Ride, fastest: float) -> Chatter:
     middle = 0.5 * (ride.current.max() + ride.current.min())
     crossings = np.count_nonzero(np.diff(ride.current > middle)) if np.ptp(ride.current) > 0.0 else 0
     return Chatter(
-        found=bool(lasting > LEAST * (ride.time[-1] - ride.time[0])),
+        found=bool(lasting > _LEAST * (ride.time[-1] - ride.time[0])),
         share=lasting / float(ride.time[-1] - ride.time[0]),
         rate=0.5 * count / lasting if lasting else 0.0,
         turns=count,
@@ -72,14 +72,14 @@ def jumps(ride: Ride) -> float:
     if len(leaps) < 3:
         return 0.0
     beside = np.maximum(leaps[:-2], leaps[2:])
-    least = np.maximum(JUMP * float(np.max(np.abs(ride.force), initial=0.0)), _ABOVE * beside)
+    least = np.maximum(_JUMP * float(np.max(np.abs(ride.force), initial=0.0)), _ABOVE * beside)
     held = np.diff(ride.current)[1:-1] == 0.0
     return float(np.count_nonzero((leaps[1:-1] > least) & held & (least > 0.0))) / ride.road.duration
 
 
 def turning_points(force: Array) -> tuple[Index, Array]:
     """Return the samples at which a force turns after a swing of some size, and the sizes of the swings up to there."""
-    least = SWING * float(np.max(np.abs(force - np.median(force)), initial=0.0))
+    least = _SWING * float(np.max(np.abs(force - np.median(force)), initial=0.0))
     turns, sizes = list[int](), list[float]()
     if least <= 0.0:
         return np.empty(0, dtype=np.int64), np.empty(0)
@@ -118,11 +118,11 @@ def limit_cycle(ride: Ride) -> float:
     """Return the frequency in Hz of an oscillation that goes on after the road's end, 0 without one."""
     left = float(ride.time[-1]) - ride.road.ends
     after = ride.acceleration[ride.time > ride.road.ends + 0.25 * left]
-    if left < LEFT:
+    if left < _LEFT:
         return 0.0
     one, other = np.array_split(after - np.mean(after), 2)
     last = rms(other)
-    if last < KEPT * rms(one) or last < LASTING * np.max(np.abs(ride.acceleration)):
+    if last < _KEPT * rms(one) or last < LASTING * np.max(np.abs(ride.acceleration)):
         return 0.0
     crossings = np.count_nonzero(np.diff(np.sign(other - np.mean(other))) != 0)
     step = float(ride.time[1] - ride.time[0])
@@ -201,6 +201,6 @@ def cause_of(one: Chatter, without: dict[str, tuple[Chatter, Ride]], ride: Ride)
     """Return the cause without which chatter is gone, in the order lag, sample time, pre-yield slope."""
     there = weight(one, ride)
     for cause, (other, changed) in without.items():
-        if weight(other, changed) <= GONE * there:
+        if weight(other, changed) <= _GONE * there:
             return cause
     return "not told apart"

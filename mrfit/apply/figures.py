@@ -10,7 +10,7 @@ from mrfit.report.curves import decimate
 from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 
-POINTS = 1500
+_POINTS = 1500
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ def figure(panels: Sequence[Panel], prefix: str, alt: str, across: int = 1, heig
         for axes, panel in zip(grid, panels, strict=False):
             if panel.band is not None:
                 at, low, high, label = panel.band
-                some = decimate(high, POINTS)
+                some = decimate(high, _POINTS)
                 axes.fill_between(at[some], low[some], high[some], color="#e2e8f0", label=label, linewidth=0)
             for first, last in panel.marks:
                 axes.axvspan(first, last, color="#fee2e2", linewidth=0, zorder=0)
             for curve in panel.curves:
-                some = decimate(curve.y, POINTS) if len(curve.y) > POINTS else np.arange(len(curve.y))
+                some = decimate(curve.y, _POINTS) if len(curve.y) > _POINTS else np.arange(len(curve.y))
                 axes.plot(
                     curve.x[some], curve.y[some], color=curve.color, linestyle=curve.line, linewidth=curve.width,
                     label=curve.label or None,

@@ -30,9 +30,9 @@ from mrfit.settings.apply import Amplifier
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
+_LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Fixed and adaptive steps agree if their rms accelerations differ by less than this share
-AGREE = 0.02
+_AGREE = 0.02
 
 
 @dataclass(frozen=True)
@@ -83,16 +83,16 @@ class QuarterCar:
                     f"{name} on {self.roads[0].name}: the adaptive simulation came to {check.ended:.3g} s of "
                     f"{check.duration:g} s within its bound on steps; the fixed steps alone stand for the rest"
                 )
-            elif abs(check.acceleration - fixed) > AGREE * fixed:
+            elif abs(check.acceleration - fixed) > _AGREE * fixed:
                 found.append(
                     f"{name} on {self.roads[0].name}: fixed steps ({fixed:.4g} m/s²) and adaptive ones "
-                    f"({check.acceleration:.4g} m/s²) disagree by more than {100 * AGREE:g} %"
+                    f"({check.acceleration:.4g} m/s²) disagree by more than {100 * _AGREE:g} %"
                 )
             else:
                 agreeing.append(name)
         if agreeing:
             found.append(
-                f"Fixed and adaptive steps agree within {100 * AGREE:g} % on {self.roads[0].name}: "
+                f"Fixed and adaptive steps agree within {100 * _AGREE:g} % on {self.roads[0].name}: "
                 + ", ".join(agreeing)
             )
         return found
@@ -228,7 +228,7 @@ def quarter_car(  # noqa: PLR0913
     """
     amplifier = amplifier or Amplifier()
     damper = damper.without("delay")
-    prompt = damper.without(*LAGS)
+    prompt = damper.without(*_LAGS)
     pairs = [(control, road) for road in roads for control in controls]
     steppers = {True: Stepper(damper)} | ({False: Stepper(prompt)} if prompt != damper else {})
     rows: list[RideRow] = []

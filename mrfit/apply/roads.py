@@ -10,10 +10,10 @@ from mrfit.errors import ConfigError
 
 # ISO 8608: displacement spectral density in m^3 at 0.1 cycles/m, geometric mean of each class, falling with n^-2
 ROUGHNESS = {"A": 16e-6, "B": 64e-6, "C": 256e-6, "D": 1024e-6}
-REFERENCE, LONGEST_WAVE, SHORTEST_WAVE = 0.1, 0.011, 2.83
-WAVES = 300
+_REFERENCE, LONGEST_WAVE, SHORTEST_WAVE = 0.1, 0.011, 2.83
+_WAVES = 300
 # Time in s in which a car comes from a level road onto a random one
-ENTRY = 1.0
+_ENTRY = 1.0
 
 
 class Road(Protocol):
@@ -114,7 +114,7 @@ class RandomRoad:
     @property
     def settled(self) -> float:
         """Time at which it has its full height."""
-        return min(ENTRY, self.duration)
+        return min(_ENTRY, self.duration)
 
     @property
     def top(self) -> float:
@@ -123,15 +123,15 @@ class RandomRoad:
 
     def height(self, t: Array) -> tuple[Array, Array]:
         """Return height in m and its rate in m/s."""
-        edges = np.geomspace(LONGEST_WAVE, SHORTEST_WAVE, WAVES + 1)
+        edges = np.geomspace(LONGEST_WAVE, SHORTEST_WAVE, _WAVES + 1)
         n, width = np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
-        size = np.sqrt(2.0 * ROUGHNESS[self.grade] * (n / REFERENCE) ** -2.0 * width)
+        size = np.sqrt(2.0 * ROUGHNESS[self.grade] * (n / _REFERENCE) ** -2.0 * width)
         omega = 2.0 * np.pi * n * self.speed
-        phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, WAVES)
+        phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, _WAVES)
         angle = np.multiply.outer(t, omega) + phase
         height, rate = np.cos(angle) @ size, -np.sin(angle) @ (size * omega)
-        entered = np.clip(np.asarray(t) / ENTRY, 0.0, 1.0)
-        share, growth = np.sin(0.5 * np.pi * entered) ** 2, 0.5 * np.pi / ENTRY * np.sin(np.pi * entered)
+        entered = np.clip(np.asarray(t) / _ENTRY, 0.0, 1.0)
+        share, growth = np.sin(0.5 * np.pi * entered) ** 2, 0.5 * np.pi / _ENTRY * np.sin(np.pi * entered)
         return share * height, share * rate + growth * height
 
 

@@ -14,7 +14,7 @@ from mrfit.kernels.jit import kernel
 
 REACHED, BELOW, ABOVE, BETWEEN = 0.0, -1.0, 1.0, 2.0
 # Force at which a search ends, and up to which it counts as reached, as shares of the largest force at hand
-_ENOUGH, EXACT = 1e-13, 1e-9
+_ENOUGH, _EXACT = 1e-13, 1e-9
 _STEPS, _GOLDEN = 80, 45
 # Points of the grid beside which an extremum is looked for, the best first
 _CANDIDATES = 2
@@ -209,7 +209,7 @@ def solve(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, desired:
     low, high = min(values.min(), given), max(values.max(), given)
     size = max(np.abs(values).max(), 1e-30)
     flag = BELOW if desired < low else ABOVE if desired > high else BETWEEN
-    return field, given, low, high, REACHED if abs(given - desired) <= EXACT * size else flag
+    return field, given, low, high, REACHED if abs(given - desired) <= _EXACT * size else flag
 
 
 @kernel

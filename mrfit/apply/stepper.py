@@ -22,7 +22,7 @@ from mrfit.errors import DataError
 
 Channels = Mapping[str, Array]
 # Shortest step in s for which what is read late is kept in full
-SHORTEST = 1e-4
+_SHORTEST = 1e-4
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class StepEnd:
 class Stepper:
     """Steps a damper; see the module."""
 
-    def __init__(self, damper: Damper, held: bool = True, shortest: float = SHORTEST) -> None:
+    def __init__(self, damper: Damper, held: bool = True, shortest: float = _SHORTEST) -> None:
         self.damper, self.shortest = damper, shortest
         self.program = DamperProgram(damper, held, shortest)
         self.chain, self.inputs = self.program.chain, self.program.channels

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SCHEMES = ("feedforward", "feedback", "both", "uninverted")
-LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
+_LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Region III ends when the force has come this near to what it steps to, as a share
-SETTLED = 0.05
+_SETTLED = 0.05
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ def tracking(  # noqa: PLR0913
             raise ConfigError(f"--scheme takes {', '.join(SCHEMES)}, not '{scheme}'")
     amplifier, gains = amplifier or Amplifier(), gains or Gains()
     variants = {True: (damper, plant)}
-    lagless = damper.without(*LAGS), plant.without(*LAGS)
+    lagless = damper.without(*_LAGS), plant.without(*_LAGS)
     if lagless != (damper, plant):
         variants[False] = lagless
     cases: list[TrackingCase] = []
@@ -362,7 +362,7 @@ def regions(wanted: Array, saturated: NDArray[np.bool_], force: Array, feasible:
         return region
     steps = np.flatnonzero(saturated[1:] & (np.abs(np.diff(wanted)) > 0.5 * span)) + 1
     for step in steps:
-        near = np.abs(force[step:] - feasible[step:]) <= SETTLED * np.maximum(np.abs(feasible[step:]), 1e-9)
+        near = np.abs(force[step:] - feasible[step:]) <= _SETTLED * np.maximum(np.abs(feasible[step:]), 1e-9)
         ends = int(np.argmax(near)) if near.any() else len(near)
         region[step : step + ends] = 3.0
     return region

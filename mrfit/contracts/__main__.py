@@ -19,7 +19,7 @@ from mrfit.core.built_in import Kind
 from mrfit.errors import DataError
 from mrfit.kernels.jit import is_cold
 
-CHECKS: dict[str, Sequence[Check[Any]]] = {
+_CHECKS: dict[str, Sequence[Check[Any]]] = {
     "model": models.CHECKS,
     "effect": effects.CHECKS,
     "optimizer": optimizers.CHECKS,
@@ -56,7 +56,7 @@ def contracts(
 def of_item(kind: Kind, name: str) -> Iterator[tuple[str, str]]:
     """Yield the checks of a model, effect or optimizer, each with its fault, or nothing."""
     item = registry.load(kind, name)
-    return ((check.text, broken(check, item)) for check in applying(CHECKS[kind], item))
+    return ((check.text, broken(check, item)) for check in applying(_CHECKS[kind], item))
 
 
 def of_reader(name: str, logs: Sequence[Path]) -> Iterator[tuple[str, str]]:

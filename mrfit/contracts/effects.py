@@ -16,7 +16,7 @@ from mrfit.core.specs import Array, EffectSpec
 from mrfit.simulate.assembly import SLOTS, Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
-OUTPUTS = {"flux", "force", "torque"}
+_OUTPUTS = {"flux", "force", "torque"}
 BASES: dict[str, tuple[str, tuple[tuple[str, int], ...]]] = {
     "flux": ("boucwen-flux", ()),
     "force": ("tanh", (("fy", 1),)),
@@ -83,7 +83,7 @@ def specification_is_sound(effect: Effect) -> None:
     spec = effect.SPEC
     need(spec.title and spec.equation, "no title or no equation")
     need(spec.slot in SLOTS, f"no slot '{spec.slot}'")
-    need(spec.outputs and set(spec.outputs) <= OUTPUTS, f"outputs {spec.outputs}")
+    need(spec.outputs and set(spec.outputs) <= _OUTPUTS, f"outputs {spec.outputs}")
     needed = {p.needs for p in spec.params if p.needs}
     unknown = {*spec.inputs, *needed} - {*CHANNELS, "time", FLUX_RESISTANCE}
     need(not unknown, f"unknown channel {', '.join(sorted(unknown))}")

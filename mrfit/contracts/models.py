@@ -12,7 +12,7 @@ from mrfit.core.channels import CHANNELS
 from mrfit.core.protocols import HasDerived, HasFarStarts, HasReduced, HasSensitivities, HasStartValues, Model
 from mrfit.core.specs import Array, ModelSpec
 
-ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", ""}
+_ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", ""}
 
 
 def drive_of(spec: ModelSpec) -> Array:
@@ -43,7 +43,7 @@ def specification_is_sound(model: Model) -> None:
     need(not unknown, f"unknown channel {', '.join(sorted(unknown))}")
     need(len(set(spec.names)) == len(spec.names), "a parameter is named twice")
     need(set(spec.linear) <= set(spec.names), "linear names what is no parameter")
-    roles = {p.role for p in spec.params} - ROLES
+    roles = {p.role for p in spec.params} - _ROLES
     need(not roles, f"unknown role {', '.join(sorted(roles))}")
     # temperature and the coil's field change forces of this role, so it may name nothing else
     need({p.unit for p in spec.params if p.role == "yield"} <= {"N", "N*m"}, "the role yield is for forces and torques")

@@ -15,7 +15,7 @@ from mrfit.ingest.reading import OWN_FAULT, PLUGIN_FAULT, Item, Outcome, read_it
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import open_head
 
-OTHERS = {
+_OTHERS = {
     "plain.csv": b"time (s),force (N)\n" + b"".join(b"%d.%03d,%d\n" % (k // 1000, k % 1000, k % 7) for k in range(200)),
     "words.txt": b"Dear colleague,\nplease find the logs attached.\n" * 20,
     "numbers.txt": b"1 2 3\n4 5 6\n7 8 9\n" * 20,
@@ -78,7 +78,7 @@ def specification_is_sound(case: Case) -> None:
 
 def files_of_nobody_are_not_claimed(case: Case) -> None:
     """It claims no file without its marks: a plain table, words, numbers, bytes."""
-    for name, data in OTHERS.items():
+    for name, data in _OTHERS.items():
         path = case.folder / name
         path.write_bytes(data)
         need(case.reader.sniff(open_head(path)) is False, f"it claims {name}")

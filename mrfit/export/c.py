@@ -23,7 +23,7 @@ from mrfit.export.text import c_comment, field, number
 from mrfit.settings.export import Settings
 
 # Samples of the self-test
-TESTED = 500
+_TESTED = 500
 # Share of the output's range by which the exported model may differ from the simulation in Python
 EXACT, EXACT_FLOAT = 1e-9, 1e-2
 
@@ -183,9 +183,9 @@ def _selftest(source: ExportSource) -> SelfTest | None:
     """Return the self-test: the first samples of a segment in which the output moves most; None without logs."""
     if not source.stretches:
         return None
-    stretch = max(checkable(source), key=lambda s: float(np.ptp(s.simulated[:TESTED])))
+    stretch = max(checkable(source), key=lambda s: float(np.ptp(s.simulated[:_TESTED])))
     whole = source.drive(stretch)
-    drive, expected = whole[:, :TESTED], causal(source).simulate(whole, stretch.dt)[:TESTED]
+    drive, expected = whole[:, :_TESTED], causal(source).simulate(whole, stretch.dt)[:_TESTED]
     inputs = [drive[source.spec.inputs.index(n)] for n in source.channels]
     rows = [[number(v) for v in row] for row in np.column_stack([*inputs, expected]).tolist()]
     units = [f"{field(n)} {unit_of(n)}" for n in (*source.channels, source.spec.output)]

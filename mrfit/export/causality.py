@@ -12,10 +12,10 @@ from mrfit.export.source import ExportSource, LogStretch
 from mrfit.kernels.filters import lag
 
 # Time constants in s of the differentiator that are tried
-TRIED = (0.0005, 0.001, 0.002, 0.005, 0.01)
+_TRIED = (0.0005, 0.001, 0.002, 0.005, 0.01)
 DEFAULT = 0.002
 # Most samples of a segment, and most segments, that are simulated for it
-SAMPLES, SEGMENTS = 20_000, 20
+_SAMPLES, _SEGMENTS = 20_000, 20
 
 Changed = Callable[[LogStretch], Mapping[str, Array]]
 
@@ -41,7 +41,7 @@ def differentiated(x: Array, dt: float, tau: float) -> tuple[Array, Array]:
 def costs(source: ExportSource) -> Cost:
     """Return the costs of raw inputs and of derived ones, RMS over the fit's logs as a share of the output's range."""
     channel, orders = derived_of(source)
-    chosen = [s for s in source.stretches if s.raw][:SEGMENTS] or list(source.stretches)[:SEGMENTS]
+    chosen = [s for s in source.stretches if s.raw][:_SEGMENTS] or list(source.stretches)[:_SEGMENTS]
     if not chosen:
         return Cost(("What that costs is not known: the fit's logs are not at hand.",), DEFAULT)
     lines = list[str]()
@@ -58,7 +58,7 @@ def costs(source: ExportSource) -> Cost:
         lines.append(f"What a derived {wanted} costs is not known: no {channel} in the logs.")
     if not orders or not own:
         return Cost(tuple(lines), DEFAULT, raw)
-    found = {tau: _mean(source, own, _differentiator(channel, orders, tau)) for tau in TRIED}
+    found = {tau: _mean(source, own, _differentiator(channel, orders, tau)) for tau in _TRIED}
     best = min(found, key=lambda tau: found[tau])
     each = [
         f"tau {1e3 * t:g} ms, {2e3 * t:g} ms late: {c * extent:.3g} {unit} ({100.0 * c:.2g} %)"
@@ -79,7 +79,7 @@ def _differentiator(channel: str, orders: Mapping[int, str], tau: float) -> Chan
     def changed(stretch: LogStretch) -> dict[str, Array]:
         stroke = _stroke(stretch, channel)
         assert stroke is not None
-        rate, second = differentiated(stroke[:SAMPLES], stretch.dt, tau)
+        rate, second = differentiated(stroke[:_SAMPLES], stretch.dt, tau)
         given = {orders[k]: values for k, values in ((1, rate), (2, second)) if k in orders}
         return {**stretch.raw, **given}
 
@@ -90,11 +90,11 @@ def _mean(source: ExportSource, chosen: list[LogStretch], inputs_of: Changed) ->
     """Return the RMS change of the output as a share of its range."""
     squares, samples = 0.0, 0
     for s in chosen:
-        drive = source.drive(s)[:, :SAMPLES]
+        drive = source.drive(s)[:, :_SAMPLES]
         changed = drive.copy()
         for name, values in inputs_of(s).items():
             if name in source.channels:
-                changed[source.spec.inputs.index(name)] = values[:SAMPLES]
+                changed[source.spec.inputs.index(name)] = values[:_SAMPLES]
         off = source.simulate(changed, s.dt) - source.simulate(drive, s.dt)
         squares, samples = squares + float(np.sum(off**2)), samples + len(off)
     return float(np.sqrt(squares / samples)) / source.output_range

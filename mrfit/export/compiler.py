@@ -11,13 +11,13 @@ from mrfit.core import children, temporary
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 
-TRIED = ("gcc", "cc", "clang")
+_TRIED = ("gcc", "cc", "clang")
 
 
 def compiler() -> str | None:
-    """Return the C compiler's path: that of the environment's ``CC``, else the first of ``TRIED``; None if none."""
+    """Return the C compiler's path: that of the environment's ``CC``, else the first of ``_TRIED``; None if none."""
     asked = os.environ.get("CC", "").strip()
-    return next((found for name in ((asked,) if asked else TRIED) if (found := children.program(name))), None)
+    return next((found for name in ((asked,) if asked else _TRIED) if (found := children.program(name))), None)
 
 
 def required(what: str) -> str:
@@ -31,7 +31,7 @@ def required(what: str) -> str:
     found = compiler()
     if found is None:
         asked = os.environ.get("CC", "").strip()
-        tried = f"CC={asked}" if asked else ", ".join(TRIED)
+        tried = f"CC={asked}" if asked else ", ".join(_TRIED)
         raise ConfigError(f"{what} needs a C compiler, and there is none here (tried {tried}): install gcc, or set CC")
     return found
 

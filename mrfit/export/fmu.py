@@ -36,9 +36,9 @@ PLATFORMS = {
     ("Darwin", "arm64"): ("aarch64-darwin", "aarch64-darwin", "dylib", "aarch64-macos"),
     ("Windows", "AMD64"): ("win64", "x86_64-windows", "dll", "x86_64-windows-gnu"),
 }
-FLAGS = ("-std=c99", "-O2", "-shared", "-fvisibility=hidden")
+_FLAGS = ("-std=c99", "-O2", "-shared", "-fvisibility=hidden")
 # A fixed time in archives: the same fit gives the same bytes
-EPOCH = (1980, 1, 1, 0, 0, 0)
+_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def built_binaries(prefix: str, sources: Mapping[str, str], fmi: int) -> dict[tu
             (place / name).write_text(text, encoding="ascii")
         code = [str(place / f"{prefix}.c"), str(place / f"fmi{fmi}.c")]
         # no paths of this machine in the library
-        flags = [*FLAGS, f"-ffile-prefix-map={place}=."]
+        flags = [*_FLAGS, f"-ffile-prefix-map={place}=."]
         library = place / "own"
         run_compiler([*flags, "-fPIC", *code, "-lm", "-o", library], place, "--to fmu")
         found[own[0 if fmi == 2 else 1], own[2]] = library.read_bytes()
@@ -181,7 +181,7 @@ def packed(
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as made:
         for name, data in contents.items():
-            entry = zipfile.ZipInfo(name, EPOCH)
+            entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             made.writestr(entry, data)

@@ -21,13 +21,13 @@ from mrfit.export.text import ascii_line, c_comment, field, in_comment, number, 
 from mrfit.settings.export import Settings
 
 # Breakpoints of the drive, of the current and of the temperature, and of the output in the inverse
-POINTS, LEVELS, TEMPERATURES, OUTPUTS = 61, 17, 5, 41
+_POINTS, _LEVELS, _TEMPERATURES, _OUTPUTS = 61, 17, 5, 41
 # Samples of a cycle, cycles until it is steady, frequency in Hz where the logs have no stroke
 CYCLE, SETTLE, FREQUENCY = 4000, 2, 1.0
 # How much closer breakpoints are at 0 than at the ends, where the output turns
 CLOSER = 3.0
 # Currents between which the inverse is interpolated, states at which it is tried
-FINE, TRIED = 201, 10_000
+_FINE, _TRIED = 201, 10_000
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def files(source: ExportSource, settings: Settings) -> Files:
     if inverse:
         off, share = of_inverse(source, table, inverse)
         told.append(
-            f"Inverse: at {TRIED} random states of the table's range the current it gives yields the output within "
+            f"Inverse: at {_TRIED} random states of the table's range the current it gives yields the output within "
             f"{100.0 * off:.2g} % of the range RMS; of random outputs there, {100.0 * share:.3g} % can be had by some "
             "current, for others it is held at its end."
         )
@@ -148,10 +148,10 @@ def forward(source: ExportSource) -> LookupTable:
         raise DataError(f"{source.name}: its logs are not at hand, and with them the ranges that a table needs")
     name = drive_of(source)
     low, high = _range(source, name)
-    shape = np.sinh(CLOSER * np.linspace(-1.0, 1.0, POINTS)) / math.sinh(CLOSER)
+    shape = np.sinh(CLOSER * np.linspace(-1.0, 1.0, _POINTS)) / math.sinh(CLOSER)
     middle = 0.5 * (low + high)
     axes = [Axis(name, middle + 0.5 * (high - low) * shape)]
-    for level, count in (("current", LEVELS), ("temperature", TEMPERATURES)):
+    for level, count in (("current", _LEVELS), ("temperature", _TEMPERATURES)):
         if level in source.channels and level != name:
             ends = source.ranges[level]
             axes.append(Axis(level, np.linspace(*ends, count) if ends[1] > ends[0] else np.array(ends[:1])))
@@ -220,7 +220,7 @@ def inverted(source: ExportSource, table: LookupTable) -> LookupTable | None:
     """
     names = [a.name for a in table.axes]
     low, high = float(table.values.min()), float(table.values.max())
-    wanted = Axis(table.name, np.linspace(low, high, OUTPUTS))
+    wanted = Axis(table.name, np.linspace(low, high, _OUTPUTS))
     if "current" not in names:
         return None
     if names[0] == "current":
@@ -232,7 +232,7 @@ def inverted(source: ExportSource, table: LookupTable) -> LookupTable | None:
         return None
     moved = np.moveaxis(table.values, place, 0)
     rest = moved.shape[1:]
-    found = _solved(current, moved.reshape(len(current), -1), wanted.at).reshape(*rest, OUTPUTS)
+    found = _solved(current, moved.reshape(len(current), -1), wanted.at).reshape(*rest, _OUTPUTS)
     axes = tuple(a for a in table.axes if a.name != "current")
     # over drive, output, temperature
     return LookupTable("current", (axes[0], wanted, *axes[1:]), np.moveaxis(found, -1, 1))
@@ -240,7 +240,7 @@ def inverted(source: ExportSource, table: LookupTable) -> LookupTable | None:
 
 def _solved(current: Array, columns: Array, wanted: Array) -> Array:
     """Return for each column (I, M) the currents (M, O) whose output is nearest to those wanted."""
-    fine = np.linspace(current[0], current[-1], FINE)
+    fine = np.linspace(current[0], current[-1], _FINE)
     found = np.empty((columns.shape[1], len(wanted)))
     for k, column in enumerate(columns.T):
         outputs = np.interp(fine, current, column)
@@ -259,13 +259,13 @@ def _solved(current: Array, columns: Array, wanted: Array) -> Array:
 def of_inverse(source: ExportSource, table: LookupTable, inverse: LookupTable) -> tuple[float, float]:
     """Return the RMS error of the output under the inverse's current, and the share of states that can be had."""
     rng = np.random.default_rng(0)
-    points = {a.name: rng.uniform(a.at[0], a.at[-1], TRIED) for a in table.axes}
+    points = {a.name: rng.uniform(a.at[0], a.at[-1], _TRIED) for a in table.axes}
     wanted = table(*(points[a.name] for a in table.axes))
     asked = {**points, table.name: wanted}
     given = {**points, "current": inverse(*(asked[a.name] for a in inverse.axes))}
     off = table(*(given[a.name] for a in table.axes)) - wanted
     low, high = float(table.values.min()), float(table.values.max())
-    anywhere = rng.uniform(low, high, TRIED)
+    anywhere = rng.uniform(low, high, _TRIED)
     current = inverse(*({**points, table.name: anywhere}[a.name] for a in inverse.axes))
     reached = table(*({**points, "current": current}[a.name] for a in table.axes))
     near = np.abs(reached - anywhere) < 0.02 * (high - low)

@@ -24,7 +24,7 @@ from mrfit.settings.export import Settings
 # Value of a field of a struct: text, rows of text, or a struct
 Value: TypeAlias = str | list[list[str]] | Mapping[str, "Value"]
 # Samples of a segment, and segments, on which Octave compares: it takes a millisecond a step
-SAMPLES, SEGMENTS = 400, 3
+SAMPLES, _SEGMENTS = 400, 3
 
 
 def files(source: ExportSource, settings: Settings) -> Files:
@@ -104,7 +104,7 @@ def _difference(source: ExportSource, parts: Parts, text: str) -> Difference:
             measured=s.measured[:SAMPLES],
             simulated=s.simulated[:SAMPLES],
         )
-        for s in source.stretches[:SEGMENTS]
+        for s in source.stretches[:_SEGMENTS]
     )
     return compared(
         replace(source, stretches=short),

@@ -24,13 +24,13 @@ from mrfit.io.schemas.fit import Quantity, Result
 from mrfit.settings.export import Settings
 
 # Of a normal distribution: half the 95 % interval over the standard deviation
-WIDTH = 1.959963984540054
+_WIDTH = 1.959963984540054
 # Samples by which correlations are computed, share of a standard deviation that is one step
-SAMPLES, STEP = 4000, 0.1
+_SAMPLES, _STEP = 4000, 0.1
 # Least eigenvalue of the correlation, relative to the largest: parameters that no data tell apart
-LEAST = 1e-12
+_LEAST = 1e-12
 # Step in shares of the bounds, singular value below which nothing moves, and the width beyond which a direction is open
-CUBE_STEP, UNSEEN, OPEN = 1e-4, 3e-5, 0.5
+CUBE_STEP, _UNSEEN, _OPEN = 1e-4, 3e-5, 0.5
 NO_DRAWS = "No draws: of no parameter and no derived quantity of this fit an interval is known."
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
@@ -74,7 +74,7 @@ def _band(source: ExportSource, sets: Array) -> str:
     if not source.stretches:
         return "The band of the output is not known: the fit's logs are not at hand."
     stretch = source.stretches[0]
-    drive = np.ascontiguousarray(source.drive(stretch)[:, :SAMPLES])
+    drive = np.ascontiguousarray(source.drive(stretch)[:, :_SAMPLES])
     with np.errstate(all="ignore"):
         outputs = source.assembly.simulate(drive, sets, stretch.dt)
     spread = float(np.sqrt(np.mean(np.var(outputs, axis=0)))) / source.output_range
@@ -107,7 +107,7 @@ def _spread(param: Param, row: Quantity) -> tuple[float, bool] | None:
         return None
     log = param.scale == "log" and low > 0.0
     width = math.log(high / low) if log else high - low
-    return width / (2.0 * WIDTH), log
+    return width / (2.0 * _WIDTH), log
 
 
 def drawn(source: ExportSource, settings: Settings) -> Array:
@@ -139,21 +139,21 @@ def correlation(source: ExportSource, free: list[int], widths: Array, logs: Arra
     """Return the correlation (F, F) of the free parameters of a least-squares fit to the logs, 1 without logs."""
     if not source.stretches:
         return np.eye(len(free))
-    share = max(SAMPLES // len(source.stretches), 200)
+    share = max(_SAMPLES // len(source.stretches), 200)
     columns = []
-    for s in source.stretches[: SAMPLES // 200]:
+    for s in source.stretches[: _SAMPLES // 200]:
         drive = source.drive(s)[:, :share]
         points = np.tile(source.theta, (2 * len(free), 1))
-        steps = np.diag(STEP * widths)
+        steps = np.diag(_STEP * widths)
         points[:, free] = _moved(source.theta[free], np.vstack([steps, -steps]), logs)
         with np.errstate(all="ignore"):
             outputs = source.assembly.simulate(np.ascontiguousarray(drive), points, s.dt)
-        columns.append((outputs[: len(free)] - outputs[len(free) :]) / (2.0 * STEP))
+        columns.append((outputs[: len(free)] - outputs[len(free) :]) / (2.0 * _STEP))
     jacobian = np.nan_to_num(np.hstack(columns))
     gram = jacobian @ jacobian.T
     scale = np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
-    inverse = (vectors / np.maximum(values, LEAST * values[-1])) @ vectors.T
+    inverse = (vectors / np.maximum(values, _LEAST * values[-1])) @ vectors.T
     deviations = np.sqrt(np.diag(inverse))
     found: Array = inverse / np.outer(deviations, deviations)
     return found
@@ -166,11 +166,11 @@ def _along(source: ExportSource, settings: Settings) -> Array:
     steps = CUBE_STEP * np.vstack([np.eye(len(free)), -np.eye(len(free))])
     jacobian = np.hstack([_slopes(o) for o in _outputs(source, _in_cube(source, free, steps))])
     values, vectors = np.linalg.eigh(jacobian @ jacobian.T)
-    seen = values > UNSEEN**2 * values[-1]
+    seen = values > _UNSEEN**2 * values[-1]
     values, vectors = values[seen], vectors[:, seen]
     scale = _scale(source, free, steps, values, vectors)
     widths = scale / np.sqrt(values)
-    kept = widths < OPEN
+    kept = widths < _OPEN
     normal = np.random.default_rng(settings.seed).standard_normal((settings.draws, len(values)))
     moves = normal[:, kept] * widths[kept] @ vectors[:, kept].T
     sets[:, free] = _in_cube(source, free, moves)[:, free]
@@ -200,9 +200,9 @@ def _in_cube(source: ExportSource, free: list[int], moves: Array) -> Array:
 
 def _outputs(source: ExportSource, points: Array) -> list[Array]:
     """Return the outputs (P, M) of parameter sets (P, K) over pieces of the logs."""
-    share = max(SAMPLES // len(source.stretches), 200)
+    share = max(_SAMPLES // len(source.stretches), 200)
     found = []
-    for s in source.stretches[: SAMPLES // 200]:
+    for s in source.stretches[: _SAMPLES // 200]:
         drive = np.ascontiguousarray(source.drive(s)[:, :share])
         with np.errstate(all="ignore"):
             found.append(source.assembly.simulate(drive, points, s.dt))
@@ -219,7 +219,7 @@ def _scale(source: ExportSource, free: list[int], steps: Array, values: Array, v
         low, high = row.low, row.high
         power = float(column @ covariance @ column)
         if low is not None and high is not None and high > low and power > 0.0:
-            found.append((high - low) / (2.0 * WIDTH) / math.sqrt(power))
+            found.append((high - low) / (2.0 * _WIDTH) / math.sqrt(power))
     for column_number, k in enumerate(free):
         p, width = source.spec.params[k], intervals(source)[k]
         if width is not None:

@@ -4,7 +4,7 @@ import re
 from functools import cache
 
 # Units of parameters and channels in SI base units, besides which products, quotients and powers are written
-NAMED = {
+_NAMED = {
     "kg": {"kg": 1},
     "m": {"m": 1},
     "s": {"s": 1},
@@ -21,7 +21,7 @@ NAMED = {
     "S": {"kg": -1, "m": -2, "s": 3, "A": 2},
     "1": {},
 }
-OFFSETS = {"degC": 273.15}
+_OFFSETS = {"degC": 273.15}
 
 
 @cache
@@ -32,13 +32,13 @@ def base_units(unit: str) -> tuple[tuple[str, str], ...]:
     """
     powers: dict[str, int] = {}
     for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\^(-?\d+))?", unit):
-        if name not in NAMED:
+        if name not in _NAMED:
             return ()
         times = int(power or 1) * (-1 if sign == "/" else 1)
-        for base, own in NAMED[name].items():
+        for base, own in _NAMED[name].items():
             powers[base] = powers.get(base, 0) + own * times
     found = [(base, str(power)) for base, power in powers.items() if power]
-    return (*found, *((("offset", str(OFFSETS[unit])),) if unit in OFFSETS else ()))
+    return (*found, *((("offset", str(_OFFSETS[unit])),) if unit in _OFFSETS else ()))
 
 
 @cache

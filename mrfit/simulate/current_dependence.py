@@ -31,7 +31,7 @@ from mrfit.errors import ConfigError, DataError
 
 HIGHEST = 4
 # Records whose polynomials are remembered, of at most so many samples: in longer ones they cost little beside the model
-REMEMBERED, REMEMBERED_SAMPLES = 64, 10_000
+_REMEMBERED, REMEMBERED_SAMPLES = 64, 10_000
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
 MEETING, JUMPING = ":", "/"
@@ -168,7 +168,7 @@ def _basis(order: Order, low: float, high: float, current: Array) -> Array:
     return rows
 
 
-@lru_cache(REMEMBERED)
+@lru_cache(_REMEMBERED)
 def _remembered_basis(order: Order, low: float, high: float, current: bytes) -> Array:
     """Return the same for currents as bytes: a search asks for those of the same few records again and again."""
     rows = _basis(order, low, high, np.frombuffer(current))

@@ -25,7 +25,7 @@ from mrfit.simulate.current_dependence import (
 )
 
 # Current levels closer than this, in A and as a share, are one
-SAME_LEVEL, SAME_SHARE = 0.02, 0.03
+_SAME_LEVEL, SAME_SHARE = 0.02, 0.03
 # Of a current that moves: share of its samples at either end that may be spikes of switching, parts of its range that
 # are distinguished, and share of the samples from which on it stays in one
 SPIKES = 0.002
@@ -78,7 +78,7 @@ def levels_of(segments: Iterable[Segment]) -> list[float]:
     held = sorted(s.current for s in segments if s.role == "train" and np.isfinite(s.current))
     levels: list[list[float]] = []
     for current in held:
-        if levels and current - levels[-1][0] <= max(SAME_LEVEL, SAME_SHARE * abs(current)):
+        if levels and current - levels[-1][0] <= max(_SAME_LEVEL, SAME_SHARE * abs(current)):
             levels[-1].append(current)
         else:
             levels.append([current])

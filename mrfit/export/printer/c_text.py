@@ -7,11 +7,11 @@ from mrfit.export.printer import ir
 from mrfit.export.printer.functions import ONE, TWO
 from mrfit.export.text import in_comment
 
-WIDTH = 116
+_WIDTH = 116
 INDENT = "    "
-OPERATORS = {"and": "&&", "or": "||", "//": "/"}
+_OPERATORS = {"and": "&&", "or": "||", "//": "/"}
 # Functions that C99 has not, or not as conditions without a call
-SMALL = {
+_SMALL = {
     "smaller": (
         "The smaller of two numbers",
         "static @real smaller(@real a, @real b)\n{\n    return (b < a) ? b : a;\n}",
@@ -36,9 +36,9 @@ SMALL = {
 
 
 # Numbers below this one are 0 in a float: the least of either precision stands for them
-LEAST = 1e-37
+_LEAST = 1e-37
 # Letters of a first word that is no variable's name, and begins its sentence with a capital
-LONG = 3
+_LONG = 3
 
 
 def comment(lines: Sequence[str], indent: str = "") -> str:
@@ -52,7 +52,7 @@ def headline(lines: Sequence[str]) -> list[str]:
     first, *others = lines
     if first.startswith("Return "):
         first = first[7:]
-        first = first[:1].upper() + first[1:] if re.match(rf"[a-z]{{{LONG},}} ", first) else first
+        first = first[:1].upper() + first[1:] if re.match(rf"[a-z]{{{_LONG},}} ", first) else first
     return [first, *others] if others else [first.removesuffix(".")]
 
 
@@ -61,7 +61,7 @@ def small_functions(program: ir.Program) -> str:
     called = {
         p.name for f in program.functions.values() for p in ir.parts(f.body) if isinstance(p, ir.Call) and not p.own
     }
-    return "\n\n".join(f"{comment([title])}\n{code}" for name, (title, code) in SMALL.items() if name in called)
+    return "\n\n".join(f"{comment([title])}\n{code}" for name, (title, code) in _SMALL.items() if name in called)
 
 
 def math_functions(program: ir.Program) -> list[str]:
@@ -219,7 +219,7 @@ class CPrinter:
         if isinstance(value, ir.Binary):
             if value.sign in ("and", "or"):
                 left = self.joined(value.left, value.sign)
-                return f"{left} {OPERATORS[value.sign]} {self.joined(value.right, '')}"
+                return f"{left} {_OPERATORS[value.sign]} {self.joined(value.right, '')}"
             return f"{self.operand(value.left)} {value.sign} {self.operand(value.right)}"
         return f"{self.place(value)} != 0"
 
@@ -244,7 +244,7 @@ class CPrinter:
             return f"{self.place(value.value)}[{self.value(value.index)}]"
         assert isinstance(value, ir.Call)
         # functions of math.h have the precision of the model's numbers
-        name = value.name if value.own or value.name in SMALL else f"{value.name.upper()}_"
+        name = value.name if value.own or value.name in _SMALL else f"{value.name.upper()}_"
         return f"{name}({', '.join(map(self.passed, value.values))})"
 
     def is_pointer(self, value: ir.Expression) -> bool:
@@ -260,7 +260,7 @@ class CPrinter:
     def value(self, value: ir.Expression) -> str:
         """Return an expression."""
         if isinstance(value, ir.Literal):
-            if value.kind == ir.REAL and 0.0 < float(value.text) < LEAST:
+            if value.kind == ir.REAL and 0.0 < float(value.text) < _LEAST:
                 return "@TINY"
             text = "HUGE_VAL" if value.text == "inf" else value.text
             return f"K({text})" if value.kind == ir.REAL else text
@@ -274,7 +274,7 @@ class CPrinter:
             return f"({kind_text(value.kind)}){self.operand(value.value)}"
         if isinstance(value, ir.Binary):
             left = self.operand(value.left, value.sign)
-            return f"{left} {OPERATORS.get(value.sign, value.sign)} {self.operand(value.right, right=True)}"
+            return f"{left} {_OPERATORS.get(value.sign, value.sign)} {self.operand(value.right, right=True)}"
         assert not isinstance(value, ir.Values)
         return f"{'*' if self.is_pointer(value) else ''}{self.place(value)}"
 
@@ -294,16 +294,16 @@ class CPrinter:
 
 def broken(line: str, column: int | None = None) -> str:
     """Return a line of code, cut before operators and behind commas where it is too long."""
-    if len(line) <= WIDTH:
+    if len(line) <= _WIDTH:
         return line
     indent = len(line) - len(line.lstrip())
     opened, places, columns = list[int](), list[tuple[int, int]](), dict[int, int | None]()
-    for k, sign in enumerate(line[:WIDTH]):
+    for k, sign in enumerate(line[:_WIDTH]):
         if sign in "([{":
             opened.append(k + 1)
         elif sign in ")]}":
             opened = opened[:-1]
-        elif sign == " " and k > indent + 8 and (line[k - 1] == "," or line[k + 1 : k + 3].strip() in SIGNS):
+        elif sign == " " and k > indent + 8 and (line[k - 1] == "," or line[k + 1 : k + 3].strip() in _SIGNS):
             # what goes on stands behind the bracket that is still open
             places.append((len(opened), -k))
             columns[k] = opened[-1] if opened else None
@@ -314,4 +314,4 @@ def broken(line: str, column: int | None = None) -> str:
     return f"{line[:at]}\n{broken(' ' * following + line[at + 1 :], following)}"
 
 
-SIGNS = ("+", "-", "*", "/", "&&", "||", "?", ":")
+_SIGNS = ("+", "-", "*", "/", "&&", "||", "?", ":")

@@ -23,7 +23,7 @@ from mrfit.kernels.branch import rest_on_curve
 from mrfit.kernels.past import RESERVED, begun, late, pushed, smooth_late
 
 # Temperature in degrees Celsius where a log has none, as effects that need it take it
-ROOM = 25.0
+_ROOM = 25.0
 CURVE = ir.struct("curve")
 # Functions of whole arrays that are read as formulas, by slot
 FORMULAS = {"base": "response", "add": "term", "output": "shape"}
@@ -113,7 +113,7 @@ class Sight:
         if name == "time":
             return self.remembered("time") + ir.Name("dt")
         if name not in self.channels:
-            return ir.Literal(number(ROOM), ir.REAL)
+            return ir.Literal(number(_ROOM), ir.REAL)
         value = ir.record("in", "inputs").field(field_name(name))
         return value - self.parameter("x_middle") if name in self.centred else value
 

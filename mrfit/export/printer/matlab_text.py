@@ -16,7 +16,7 @@ TAKEN = frozenset(
     "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return spmd "
     "switch try while abs max min power sign exp log sqrt floor fix mod rem tanh zeros".split()
 )
-SIGNS = {"and": "&&", "or": "||", "!=": "~="}
+_SIGNS = {"and": "&&", "or": "||", "!=": "~="}
 
 
 def matlab_text(program: ir.Program) -> str:
@@ -153,9 +153,9 @@ class MatlabPrinter:
         if isinstance(value, ir.Unary):
             return f"~({self.condition(value.value)})"
         if isinstance(value, ir.Binary) and value.sign in ("and", "or"):
-            return f"({self.condition(value.left)}) {SIGNS[value.sign]} ({self.condition(value.right)})"
+            return f"({self.condition(value.left)}) {_SIGNS[value.sign]} ({self.condition(value.right)})"
         if isinstance(value, ir.Binary):
-            return f"{self.operand(value.left)} {SIGNS.get(value.sign, value.sign)} {self.operand(value.right)}"
+            return f"{self.operand(value.left)} {_SIGNS.get(value.sign, value.sign)} {self.operand(value.right)}"
         return f"{self.value(value)} ~= 0"
 
     def value(self, value: ir.Expression) -> str:
