@@ -1,4 +1,4 @@
-"""Where all processes that mrfit starts begin, so that none runs code that lies beside logs.
+"""Start of every process of mrfit, so that none runs code that lies beside logs.
 
 Python looks for modules in the current folder when it is started with ``-m`` or ``-c``, as multiprocessing does too.
 No other module starts a process.
@@ -30,7 +30,7 @@ _beginning = threading.RLock()
 
 
 def _changes() -> dict[str, str]:
-    """Return what is other in the environment of a child: Python's own folders are this process's."""
+    """Return the changes to the environment of a child: Python's own folders are this process's."""
     mine = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))}
     return {**without_relative(mine), "PYTHONSAFEPATH": "1"}
 

@@ -71,5 +71,5 @@ class Hidden:
 
 
 def without_matplotlibrc() -> Hidden:
-    """Return what hides matplotlib's settings beside logs from a command's import of it, or of what imports it."""
+    """Return an import hook that hides matplotlib's settings beside logs from a command that imports it."""
     return Hidden("matplotlibrc" if is_left_out() else "")

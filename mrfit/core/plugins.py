@@ -67,7 +67,7 @@ class _File:
 
 @dataclass
 class Store:
-    """What this process knows of plug-ins.
+    """Plug-ins that this process knows.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ def use(path: Path | str) -> None:
 
 @contextmanager
 def _running(file: _File) -> Iterator[None]:
-    """Take what is registered meanwhile for the file's, and nothing of it if the file fails."""
+    """Take items registered meanwhile for the file's, and none of them if the file fails."""
     outer, before = _store.loading, list(_store.named)
     _store.loading = file
     _store.files.add(file.path)
@@ -349,7 +349,7 @@ def source_of(function: Callable[..., Any]) -> str:
 
 
 class About(TypedDict, total=False):
-    """What else a decorated model may say; the fields of ``ModelSpec``, and its function of start values."""
+    """Further statements of a decorated model: the fields of ``ModelSpec``, and its function of start values."""
 
     title: str
     equation: str

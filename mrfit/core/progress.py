@@ -1,4 +1,4 @@
-"""How long work tells how far it is, without knowing who listens."""
+"""Progress of long work, told without knowing who listens."""
 
 from collections.abc import Callable
 

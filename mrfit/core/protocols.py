@@ -1,4 +1,4 @@
-"""What a model, an effect, an optimizer or a reader may define: every function that mrfit looks for, in one place.
+"""Functions that a model, an effect, an optimizer or a reader may define: all that mrfit looks for, in one place.
 
 An item is anything that has these attributes: a module, as each of mrfit's own is, or an object. The first protocol of
 a kind is what it must have; those behind it are optional, and an item has one where it defines its names.
@@ -140,7 +140,7 @@ class AddsTerm(Protocol):
     SPEC: EffectSpec
 
     def term(self, channels: Mapping[str, Array], theta: Array, dt: float) -> Array:
-        """Return what is added to the output (P, N)."""
+        """Return the part (P, N) that is added to the output."""
 
 
 @runtime_checkable
@@ -207,7 +207,7 @@ class ReadsPast(Protocol):
     """Number of the state's first values that are kept after every step, each a signal."""
 
     def longest(self, theta: tuple[float, ...]) -> float:
-        """Return how far back in s they are needed."""
+        """Return the time in s for which earlier values are needed."""
 
 
 @runtime_checkable
@@ -261,7 +261,7 @@ class ErrsInRecord(Protocol):
     SPEC: EffectSpec
 
     def error(self, channels: Mapping[str, Array], theta: Array, dt: float) -> Array:
-        """Return what the instruments add to the output (P, N)."""
+        """Return the part (P, N) that the instruments add to the output."""
 
 
 @runtime_checkable
@@ -302,7 +302,7 @@ class JoinsParts(Protocol):
     """A reader of an instrument that writes one record into several files."""
 
     def part(self, head: Any) -> str | None:
-        """Return what the files of one record share, or None if the file is a record by itself."""
+        """Return the text that the files of one record share, or None if the file is a record by itself."""
 
     def join(self, tables: Any) -> Any:
         """Return the tables of all parts as one record's."""
@@ -324,7 +324,7 @@ class TellsHeadings(Protocol):
     """A reader of text logs that may hold several headers, each above a block of rows."""
 
     def heading(self, head: Any) -> Any:
-        """Return what the first header of these lines says of the rows below it; None if there is none."""
+        """Return the statements of the first header of these lines on the rows below it; None if there is none."""
 
 
 SLOT_FUNCTIONS: Mapping[str, str] = {
@@ -345,7 +345,7 @@ SPECS: Mapping[Kind, type] = {
 
 
 def kind_of(spec: object) -> Kind | None:
-    """Return what kind of item has this SPEC; None if it is no SPEC."""
+    """Return the kind of item that has this SPEC; None if it is no SPEC."""
     return next((kind for kind, made in SPECS.items() if isinstance(spec, made)), None)
 
 

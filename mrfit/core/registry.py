@@ -50,7 +50,7 @@ def load(kind: Kind, name: str) -> Any:
 
 
 def where(kind: Kind, name: str) -> str:
-    """Return where a plug-in's item comes from, in words; an empty string for mrfit's own, and for unknown names."""
+    """Return the origin of a plug-in's item, in words; an empty string for mrfit's own, and for unknown names."""
     outside = plugins.found(kind)
     return outside[name].where if name in outside else ""
 

@@ -1,4 +1,4 @@
-"""What a field of a settings class says of itself, beside its name, type and default.
+"""Properties of a field of a settings class, beside its name, type and default.
 
 The option of a command, the key in a pipeline file, the argument in Python and the line in a report follow from it:
 
@@ -18,7 +18,7 @@ UNSET: object = object()
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """How people write a value that is written otherwise than its type says.
+    """Spelling of a value that people write otherwise than its type says.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Form:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a setting says of itself.
+    """Properties of a setting.
 
     Attributes
     ----------
@@ -148,13 +148,13 @@ def defined(kind: type[Any]) -> tuple[Defined, ...]:
 
 
 def defined_as(name: str, hint: object, default: object = UNSET) -> Defined:
-    """Return what an annotation says of a field or an argument."""
+    """Return the properties of a field or an argument from its annotation."""
     kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     return Defined(name, kind, default, next((s for s in said if isinstance(s, Setting)), None))
 
 
 def explained(kind: type[Any]) -> dict[str, str]:
-    """Return what a settings class says of its fields: its docstring of a field alone, else the line of its help."""
+    """Return descriptions of a settings class's fields: its docstring of a field alone, else the line of its help."""
     found = {f.name: f.setting.help for f in defined(kind) if f.setting}
     for one in filter(is_dataclass, reversed(kind.__mro__)):
         listed = (inspect.getdoc(one) or "").partition("Attributes\n----------\n")[2]

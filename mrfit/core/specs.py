@@ -1,4 +1,4 @@
-"""What a registry entry says about itself: parameters, models, effects, optimizers, readers."""
+"""Specifications of registry entries: parameters, models, effects, optimizers, readers."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -215,7 +215,7 @@ class Reduced:
 
 
 class Invariance(StrEnum):
-    """What every rheological law keeps, whatever its form; an effect that breaks one of these can be told from any law.
+    """Invariance that every rheological law keeps; an effect that breaks one of these can be told from any law.
 
     The force reverses with the motion; it does not know where in the stroke, when, and how warm the specimen is; it
     follows the current at once; it is made by the motion so far, of which only a short part is remembered.
@@ -231,7 +231,7 @@ class Invariance(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Breaks:
-    """How an effect can be told from any law.
+    """Distinction of an effect from any law.
 
     Attributes
     ----------

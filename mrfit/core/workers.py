@@ -25,7 +25,7 @@ _GIVEN_UP: ContextVar[Event | None] = ContextVar("given_up", default=None)
 
 
 def in_order(make: Callable[[Item], Made], items: Iterable[Item], jobs: int) -> Iterator[Made]:
-    """Yield what ``make`` makes of the items by threads, in their order, at most two items per job ahead.
+    """Yield the results of ``make`` for the items, by threads, in their order, at most two items per job ahead.
 
     If one fails, or the caller is interrupted, those not yet begun are not made, and those begun may ``give_up``.
     """

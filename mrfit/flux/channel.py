@@ -13,7 +13,7 @@ Taken = Callable[[Array], Array | float]
 
 
 class Channel(Protocol):
-    """What the removal of drift asks of an integral and of a current."""
+    """Operations that the removal of drift needs of an integral and of a current."""
 
     samples: int
 

@@ -19,7 +19,7 @@ NEGLIGIBLE = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """What was taken from an integral besides its true value.
+    """Drift that was taken from an integral.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ def _steps(
 
 
 def _go_on(times: Array, heights: Array, at: float) -> tuple[float, float]:
-    """Return where the line through knots is at a time, and its standard error; infinite for fewer than three knots."""
+    """Return the line through knots at a time, and its standard error; infinite for fewer than three knots."""
     slope, centre = _slope(times, heights), float(np.mean(times))
     height = float(np.mean(heights)) + slope * (at - centre)
     if len(times) < 3:

@@ -182,7 +182,7 @@ def _positive(value: object, where: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Analysed:
-    """What is known of a recording before its resistance is: how it is treated, its steady cycles and loops."""
+    """Properties of a recording that need no resistance: its treatment, its steady cycles and loops."""
 
     identifier: str
     source: str

@@ -54,7 +54,7 @@ def text_blocks(head: Head, size: int, watch: Watch) -> Iterator[Block]:
 
 
 def _cut(text: bytes, size: int) -> int:
-    """Return where to cut: behind a line end between two rows of numbers; 0 to wait for more."""
+    """Return the place to cut at: behind a line end between two rows of numbers; 0 to wait for more."""
     feed = text.rfind(b"\n", 0, len(text) - 1)
     wide = len(text) > max(4 * size, MIB)
     while feed > 0:
@@ -182,7 +182,7 @@ def _on_disk(column: Column, path: Path, rows: int) -> Column:
 
 
 def _merged(old: Table, new: Table) -> Table:
-    """Return what is said of a table, from its blocks so far and the next one."""
+    """Return the statements on a table, from its blocks so far and the next one."""
     return replace(
         old,
         breaks=(*old.breaks, *new.breaks),

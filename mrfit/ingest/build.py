@@ -45,7 +45,7 @@ NO_SAMPLE = (REPEATED, "empty row", "repeated time", STATISTICS)
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a table comes from, as its recordings say it."""
+    """Origin of a table, as its recordings state it."""
 
     path: str
     sha256: str

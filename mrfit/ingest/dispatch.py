@@ -1,4 +1,4 @@
-"""Which reader reads a file, and which files are parts of one record."""
+"""Choice of the reader of a file, and of the files that are parts of one record."""
 
 import os
 import re
@@ -74,7 +74,7 @@ def reader_of(head: Head) -> str:
 
 
 def part_of(head: Head, reader: str) -> str | None:
-    """Return what the files of one record share, or None if the file is a record by itself."""
+    """Return the text that the files of one record share, or None if the file is a record by itself."""
     module = registry.load("reader", reader)
     return module.part(head) if isinstance(module, JoinsParts) else None
 

@@ -1,4 +1,4 @@
-"""What earlier calls of the ingest stage left in the workspace."""
+"""Results that earlier calls of the ingest stage left in the workspace."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Earlier:
         return encodable(path if os_path.isabs(path) or self.base == getcwd() else os_path.relpath(absolute, self.base))
 
     def base_of(self, sources: Iterable[str]) -> str | None:
-        """Return what ingest.json must say of the base: nothing where all sources are absolute."""
+        """Return the base that ingest.json must state: none where all sources are absolute."""
         if all(os_path.isabs(s) for s in sources):
             return None
         return os_path.relpath(self.base, os_path.abspath(self.workspace.root))
@@ -77,7 +77,7 @@ class Earlier:
         return all(self.workspace.is_whole(i) for i in self.ids(source))
 
     def reason(self, source: str, sha256: str, key: str) -> str:
-        """Return why a source with recordings has been read again."""
+        """Return the reason for which a source with recordings has been read again."""
         if any(r.sha256 != sha256 for r in self.summary.recordings if r.source == source):
             return "has changed since it was last read"
         if self.keys.get(source) == key:
@@ -85,7 +85,7 @@ class Earlier:
         return "read again, since its channel map, the options, its reader or mrfit itself has changed"
 
     def refusals(self, source: str) -> list[Refusal]:
-        """Return why a source was refused."""
+        """Return the reason for which a source was refused."""
         return [Refusal(r.source, r.reason, r.remedy) for r in self.summary.refused if r.source == source]
 
     def same_refusals(self, refusals: list[Refusal]) -> bool:

@@ -41,7 +41,7 @@ class Sent:
 
 
 def outcomes(items: Sequence[Item], pieces: Pieces, jobs: int) -> Iterator[Outcome]:
-    """Yield what becomes of items, in their order, wherever they are read."""
+    """Yield the outcomes of items, in their order, wherever they are read."""
     if not is_elsewhere():
         yield from in_order(lambda item: read_item(item, pieces), items, jobs)
         return

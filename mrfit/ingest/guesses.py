@@ -1,4 +1,4 @@
-"""What columns without a name may be, guessed from their numbers: for the user to confirm, never to be read by."""
+"""Guesses of columns without a name, from their numbers: for the user to confirm, never to be read by."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ def size_unit(channel: str, values: Array) -> str:
 
 
 def guesses(columns: Sequence[Column], dt: float | None) -> dict[int, Guess]:
-    """Return what columns may be, by their places: motion, then the force it makes, then what is held at a level.
+    """Return the guesses of columns, by their places: motion, then the force it makes, then what is held at a level.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def _without_line(values: Array, line: Array) -> Array:
 
 
 def _smoothness(values: Array) -> float:
-    """Return how little the steps of a signal change, beside how far it goes; a level that is held has none."""
+    """Return the change of the steps of a signal as a share of its range; a level that is held has none."""
     bend = float(np.std(np.diff(values, 2))) if len(values) > 3 else 0.0
     return float(np.std(values)) / bend if bend else 0.0
 

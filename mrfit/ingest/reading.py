@@ -76,7 +76,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of an item: recordings without ids, and the files refused."""
+    """Result of reading an item: recordings without ids, and the files refused."""
 
     item: Item
     recordings: tuple[Recording, ...]
@@ -95,7 +95,7 @@ _one_at_a_time = threading.Lock()
 
 @dataclass(frozen=True, slots=True)
 class Pieces:
-    """How logs are read that should not be held in memory.
+    """Settings by which logs are read that should not be held in memory.
 
     Attributes
     ----------
@@ -236,7 +236,7 @@ def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
 
 
 def _teller(module: Reader) -> Teller:
-    """Return what tells the headers of a log: also those of further exports of the instrument."""
+    """Return the function that tells the headers of a log: also those of further exports of the instrument."""
     if isinstance(module, TellsHeadings):
         return module.heading
 
@@ -313,7 +313,7 @@ def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> l
 
 
 def look_into(item: Item, pieces: Pieces) -> tuple[Outcome, float]:
-    """Return what the first block of a long log says, and how many times longer the log is; 1 if all was read."""
+    """Return the outcome of the first block of a long log, and the log's length in such blocks; 1 if all was read."""
     block = pieces.block
     module = registry.load("reader", item.reader)
     try:

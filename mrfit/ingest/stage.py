@@ -100,7 +100,7 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
 
 @dataclass(frozen=True, kw_only=True)
 class Preview:
-    """What would be read of a recording, in words; of a refused file only source, reader, oddities and remedy."""
+    """Preview of a recording, in words; of a refused file only source, reader, oddities and remedy."""
 
     source: str
     reader: str
@@ -115,7 +115,7 @@ class Preview:
 
 
 def preview(paths: Sequence[Path], settings: Settings) -> list[Preview]:
-    """Return what would be read as rows for a table, one per recording or refused file, and write nothing.
+    """Return a preview as rows for a table, one per recording or refused file, and write nothing.
 
     Of a log longer than eight blocks only the first is read, and its row says so.
 
@@ -217,7 +217,7 @@ def plan_items(
 def plan_files(
     files: Iterable[tuple[Path, Path]], settings: Settings, hashed: Callable[[Path], str] = hash_of
 ) -> tuple[list[tuple[Item, str]], list[Refusal]]:
-    """Return what ``plan_items`` does of files, each with the folder up to which a channel map is looked for.
+    """Return the plan, as of ``plan_items``, of files, each with the folder up to which a channel map is looked for.
 
     Raises
     ------
@@ -303,7 +303,7 @@ def _map_beside(file: Path, root: Path) -> Path | None:
 
 @dataclass(slots=True)
 class _Staged:
-    """What this call read: rows of ingest.json and keys by source, refusals, and all files looked at."""
+    """Results of this call: rows of ingest.json and keys by source, refusals, and all files looked at."""
 
     recordings: dict[str, list[About]]
     keys: dict[str, str]

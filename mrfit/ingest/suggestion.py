@@ -186,7 +186,7 @@ def _channel_lines(column: Column, signal: Signal, columns: tuple[Column, ...], 
 
 
 def _place(column: Column, columns: tuple[Column, ...]) -> str:
-    """Return how a map names a column: by its header, or by its number where that is empty or stands twice."""
+    """Return the name of a column in a map: its header, or by its number where that is empty or stands twice."""
     alike = [c for c in columns if c.name.strip().lower() == column.name.strip().lower()]
     return f"column = {_quoted(column.name) if column.name.strip() and len(alike) < 2 else column.index}"
 

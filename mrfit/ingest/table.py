@@ -1,4 +1,4 @@
-"""What a reader makes of a file: columns of numbers as the file has them, before names, SI units and a time base."""
+"""Tables that readers make of files: columns of numbers as in the file, before names, SI units and a time base."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -208,7 +208,7 @@ class Table:
 
 
 def with_end(table: Table) -> Table:
-    """Say what stands among the rows and at their end: comments, a cut last line, another number than stated."""
+    """Add findings on lines among the rows and at their end: comments, a cut last line, another number than stated."""
     findings = list(table.findings)
     if table.open_line:
         text = f"line {table.open_line}, the last, has no line end and its last number may be cut off"

@@ -62,7 +62,7 @@ def terminal_bars() -> Iterator[Progress]:
 
 
 def _notebook() -> "Callable[[str], Callable[[str], None]] | None":
-    """Return what shows a text of HTML below the cell and gives what replaces it; None outside a notebook."""
+    """Return a function that shows HTML below the cell and returns its replacement; None outside a notebook."""
     # rich would need ipywidgets there
     if "IPython" not in sys.modules:
         return None

@@ -202,7 +202,7 @@ def mean_and_deviation(values: Array) -> tuple[float, float]:
 
 
 def laid_beside(values: Array, made: Array) -> Array:
-    """Return what was made of values; on disk where these are, so that none of it stays in memory.
+    """Return a channel made of values; on disk where these are, so that none of it stays in memory.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def laid_beside(values: Array, made: Array) -> Array:
 
 
 def changed(values: Array, change: Callable[[Array], Array]) -> Array:
-    """Return what a function makes of the chunks of a channel; on disk where this is and where it is long as well."""
+    """Return the results of a function on a channel's chunks; on disk where this is and where it is long as well."""
     if not isinstance(values, Column):
         return change(values)
     parts = map(change, chunks(values))

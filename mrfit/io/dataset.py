@@ -28,7 +28,7 @@ class Dataset:
     recordings: Mapping[str, Recording]
 
     def made_from(self) -> tuple[dict[str, str], list[Segment]]:
-        """Return what results depend on, as ``Workspace.made_from`` does of the same data on disk."""
+        """Return the hashes that results depend on, as ``Workspace.made_from`` does of the same data on disk."""
         used = sorted({s.recording for s in self.segments})
         return {i: content(self.recordings[i]) for i in used}, [_plain(s) for s in self.segments]
 

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a file, in one plain sentence: which key, what it takes, what stands there."""
+"""Faults that pydantic finds in a file, in one plain sentence: the key, the values it takes, the value there."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -82,7 +82,7 @@ def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None
 
 
 def _takes(fault: Mapping[str, Any]) -> str:
-    """Return what a value should have been, as in ``a number above 0``."""
+    """Return a description of the expected value, as in ``a number above 0``."""
     kind, context = fault["type"], fault.get("ctx", {})
     if kind == "literal_error":
         return str(context["expected"])

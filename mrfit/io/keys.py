@@ -134,7 +134,7 @@ def _items_of(model: str) -> list[tuple[Kind, str]]:
 
 
 def stamp(path: Path) -> tuple[int, ...]:
-    """Return what tells within a process whether a file has been written again; nothing where there is none."""
+    """Return a mark by which a process knows that a file has been written again; none where there is no file."""
     try:
         found = path.stat()
     except OSError:

@@ -37,7 +37,7 @@ def free_memory() -> float:
 
 
 def check_room(what: str, size: float) -> None:
-    """Say what is needed to hold numbers of so many bytes, and refuse to begin where they would not fit into memory.
+    """State the memory that numbers of so many bytes need, and refuse to begin where they would not fit into memory.
 
     Raises
     ------

@@ -23,7 +23,7 @@ UNKNOWN = "made from other data, or by other code, than are here now"
 
 
 def flux_reason(workspace: Workspace) -> str:
-    """Return why the flux linkage is out of date; empty where it is not, or there is none.
+    """Return the reason for which the flux linkage is out of date; empty where it is not, or there is none.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def flux_reason(workspace: Workspace) -> str:
 
 
 def segment_reason(workspace: Workspace) -> str:
-    """Return why the segments are out of date; empty where they are not, or there are none.
+    """Return the reason for which the segments are out of date; empty where they are not, or there are none.
 
     Raises
     ------
@@ -85,7 +85,7 @@ class Stamped(Protocol):
 
 
 class Inputs:
-    """What fits and discoveries would be made from now; read once for any number of them.
+    """Inputs that fits and discoveries would have now; read once for any number of them.
 
     Parameters
     ----------
@@ -107,11 +107,11 @@ class Inputs:
             self.fault = str(error).replace(f"{root}{os.sep}", "").replace(root, "WORK")
 
     def of_fits(self, fits: Iterable[Fit]) -> dict[str, str]:
-        """Return why fits are out of date, by the names of those that are; one without a key does not say."""
+        """Return the reasons for which fits are out of date, by their names; a fit without a key states none."""
         return {fit.name: why for fit in fits if fit.key and (why := self.reason(fit))}
 
     def reason(self, result: Stamped, key: Callable[..., str] = fit_key, stage: str = "fit") -> str:
-        """Return why a result is out of date; empty where it is not.
+        """Return the reason for which a result is out of date; empty where it is not.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ class Inputs:
 
 
 def law_reason(fit: Fit) -> str:
-    """Return which code of a fit's law is not what it was fitted with; empty where all is, or the fit does not say."""
+    """Return the code of a fit's law that has changed since the fit; empty where all is, or the fit does not say."""
     now = law_code(fit.model) if fit.law else {}
     if gone := [name for name in sorted(fit.law) if name.startswith(PLUGIN) and name not in now]:
         return f"the {' and the '.join(gone)} {'is' if len(gone) == 1 else 'are'} not here, which --plugin names"
@@ -183,7 +183,7 @@ def other_code(code: str, stage: str) -> str:
 
 
 def _other_recordings(code: str, then: Iterable[str], now: Iterable[str]) -> str:
-    """Return how the recordings differ from those of then, made by this code."""
+    """Return the difference of the recordings from those of then, made by this code."""
     gone, new = sorted({*then} - {*now}), sorted({*now} - {*then})
     told = [f"{_named(ids)} {how}" for ids, how in ((new, "new"), (gone, "gone")) if ids]
     if not (code or told):

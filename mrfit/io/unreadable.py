@@ -1,4 +1,4 @@
-"""What is said of a file that cannot be read."""
+"""Message on a file that cannot be read."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ UNREADABLE = (OSError, TypeError, LookupError, ValueError, ArithmeticError, NotI
 
 @contextmanager
 def reading(path: Path, remedy: str) -> Iterator[None]:
-    """Say which file cannot be read and what to do."""
+    """Name the file that cannot be read and the remedy."""
     try:
         yield
     except UNREADABLE as error:

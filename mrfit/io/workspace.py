@@ -72,7 +72,7 @@ def plain(value: object) -> Any:
 
 
 def checked(document: File) -> File:
-    """Return what a stage computed as its file will say it: plain numbers, None for what is not finite."""
+    """Return the results of a stage as its file will state them: plain numbers, None for what is not finite."""
     return of_json(type(document), json.dumps(plain(document)))
 
 
@@ -500,11 +500,11 @@ class Workspace:
         return "flux" if self.flux_json.is_file() else "recordings"
 
     def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, str], list[Segment]]:
-        """Return what results depend on: the content of the segments' recordings by id, and the segments."""
+        """Return the hashes that results depend on: the content of the segments' recordings by id, and the segments."""
         return self.contents((s.recording for s in segments), self.latest), list(segments)
 
     def outdated(self, fits: Iterable[Fit]) -> dict[str, str]:
-        """Return why fits are out of date, by the names of those that are."""
+        """Return the reasons for which fits are out of date, by their names."""
         return Inputs(self).of_fits(fits)
 
     def stored_fit(self, name: str) -> Fit | None:

@@ -1,4 +1,4 @@
-"""Which waveform a drive has, from its Fourier series where it repeats, else from its plateaus and reversals."""
+"""Waveform of a drive, from its Fourier series where it repeats, else from its plateaus and reversals."""
 
 import numpy as np
 

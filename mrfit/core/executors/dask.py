@@ -118,7 +118,7 @@ class Dask:
             self._client = None
 
     def gone(self) -> MrfitError:
-        """Return what is said where the scheduler is no longer there."""
+        """Return the message on a scheduler that is no longer there."""
         self.close()
         return Unreachable(
             f"--on {self.address}: the Dask scheduler is gone; the work done so far is kept: start it and its workers "
@@ -230,7 +230,7 @@ def _killed(address: str) -> str:
 
 
 def _unfit(address: str, error: Exception) -> MrfitError:
-    """Return what is said of a worker that could not even begin."""
+    """Return the message on a worker that could not even begin."""
     if isinstance(error, MrfitError):
         return error
     text = f"{type(error).__name__}: {error}".splitlines()[0][:160]
@@ -239,7 +239,7 @@ def _unfit(address: str, error: Exception) -> MrfitError:
 
 @dataclass(frozen=True)
 class _Versions:
-    """What has to be the same for the same bytes."""
+    """Versions that have to be the same for the same bytes."""
 
     packages: tuple[tuple[str, str], ...]
     code: str
@@ -256,7 +256,7 @@ def _here() -> _Versions:
 
 @dataclass(frozen=True)
 class _Task:
-    """What is sent: an item, the folder to be in, the topic to tell of progress, what has to be the same."""
+    """Message to a worker: an item, the folder to be in, the topic to tell of progress, what has to be the same."""
 
     sent: bytes
     folder: str

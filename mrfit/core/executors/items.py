@@ -1,4 +1,4 @@
-"""What an executor is, and how items of work are sent to one and come back."""
+"""Executors, and the items of work that are sent to one and come back."""
 
 import pickle
 import traceback
@@ -37,7 +37,7 @@ class Ended(Generic[Made]):
 
 
 class Executor(Protocol):
-    """Where items of work are done; results do not depend on which one it is.
+    """Place in which items of work are done; results do not depend on which one it is.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where work is done, as a command was told, and results in the order of the items."""
+"""Choice of an executor, as a command was told, and results in the order of the items."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def use(address: str, shared: bool = False) -> None:
 
 
 def executor(jobs: int) -> Executor:
-    """Return where work is done: the scheduler told, else so many processes, else here."""
+    """Return the executor of a command: the scheduler told, else so many processes, else this process."""
     if _told:
         return _told[0]
     return _here(jobs)
 
 
 def _here(jobs: int) -> Executor:
-    """Return where work is done on this machine."""
+    """Return the executor of this machine."""
     return Processes(jobs) if jobs > 1 else Serial()
 
 
@@ -67,7 +67,7 @@ def is_apart() -> bool:
 def spread(
     make: Callable[[Item, Progress], Made], items: Sequence[Item], jobs: int, progress: Progress
 ) -> Generator[Made, None, None]:
-    """Yield what ``make`` makes of the items where work is done, in their order.
+    """Yield the results of ``make`` for the items, from an executor, in their order.
 
     If one fails, or the caller is interrupted, the others are ended.
 
@@ -101,7 +101,7 @@ def in_processes(
 def in_order_by(
     doer: Executor, make: Callable[[Item, Progress], Made], items: Iterable[Item], progress: Progress
 ) -> Generator[Made, None, None]:
-    """Yield what an executor makes of the items in their order, and raise the first error in that order."""
+    """Yield the results of an executor in the order of the items, and raise the first error in that order."""
     early: dict[int, Any] = {}
     following = 0
     with closing(doer.ends(make, items, progress)) as ends:

@@ -167,7 +167,7 @@ class _Pool:
         self.executor.ending.close()
 
     def hear(self, progress: Progress) -> None:
-        """Tell what the processes have told of their progress."""
+        """Pass on the progress that the processes have told."""
         while not self.executor.told.empty():
             progress(*self.executor.told.get())
 

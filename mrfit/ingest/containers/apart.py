@@ -28,7 +28,7 @@ HAS_TIMER = hasattr(signal, "setitimer")
 
 
 def read_tables(reader: str, source: Source, named: str | None = None) -> list[Table]:
-    """Return what a reader makes of a file, in this process, which may take ``source.memory`` for it.
+    """Return the tables that a reader makes of a file, in this process, which may take ``source.memory`` for it.
 
     ``named`` are the plug-in files of the process that asks, which may have been named since this one was started.
     """
@@ -146,7 +146,7 @@ atexit.register(_worker.close)
 
 
 def read_apart(reader: str, source: Source, seconds: float | None = None) -> list[Table]:
-    """Return what a reader makes of a file, read in the worker process.
+    """Return the tables that a reader makes of a file, read in the worker process.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the attributes of an array say of its numbers: their units, how they are packed, which stand for missing ones.
+"""Attributes of an array: units of its numbers, their packing, and numbers that stand for missing ones.
 
 Packing and marks follow the conventions of NetCDF (CF): marks are compared with the stored numbers, which are scaled
 afterwards.
@@ -64,7 +64,7 @@ def _decoded(text: Any) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Packing:
-    """How numbers are stored: value = scale · stored + offset, but for marks and what lies beyond the valid ones.
+    """Form of stored numbers: value = scale · stored + offset, but for marks and what lies beyond the valid ones.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class Unpacked:
 def packing_of(
     about: Mapping[Any, Any], shape: tuple[int, ...], kind: np.dtype[Any], unwritten: float = 0.0
 ) -> Packing | None:
-    """Return how an array of a shape and a type is packed; None where its numbers are the values.
+    """Return the packing of an array of a shape and a type; None where its numbers are the values.
 
     ``unwritten`` is what the file holds where nothing was written, if it is not zero.
 
@@ -160,7 +160,7 @@ def packing_of(
 
 
 def doubt_of(about: Mapping[Any, Any], packing: Packing | None) -> str:
-    """Return what attributes leave open about a packing: factors not applied, or the order of two; else nothing."""
+    """Return the doubts that attributes leave about a packing: factors not applied, or the order of two; or none."""
     named = _Named(about)
     used = packing.keys if packing else ()
     left = [k for k in (*SCALES, *COUNTED_SCALES, *OFFSETS, *OTHERS) if k in named and k not in used]

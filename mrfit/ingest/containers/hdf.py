@@ -263,7 +263,7 @@ def _add(arrays: Arrays, name: str, item: Any, units: list[str]) -> None:
 
 
 def _unwritten(item: Any) -> float:
-    """Return what a program chose to stand for numbers that were never written; 0 if it chose nothing."""
+    """Return the number that a program chose for those that were never written; 0 if it chose nothing."""
     import h5py
 
     chosen = item.id.get_create_plist().fill_value_defined() == h5py.h5d.FILL_VALUE_USER_DEFINED

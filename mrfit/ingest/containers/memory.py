@@ -1,4 +1,4 @@
-"""How much memory a file may take, asked before it is unpacked and held to while a library unpacks it."""
+"""Memory that a file may take, asked before it is unpacked and held to while a library unpacks it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -18,7 +18,7 @@ from mrfit.ingest.refusal import Passing
 
 @dataclass(frozen=True, slots=True)
 class Shelf:
-    """Where the long arrays of one file lie.
+    """Place of the long arrays of one file.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ class Strict(BaseModel):
 
 
 class ChannelRule(Strict):
-    """Where a channel stands and what its numbers mean: value = sign·scale·number + offset, in ``unit``.
+    """Column of a channel and the meaning of its numbers: value = sign·scale·number + offset, in ``unit``.
 
     ``low_pass`` is the limit in Hz of a filter of zero phase.
     """
@@ -43,7 +43,7 @@ class ChannelRule(Strict):
 
 
 class TimeRule(Strict):
-    """Where time stands."""
+    """Column of the times."""
 
     column: str | int
     unit: str | None = None
@@ -100,7 +100,7 @@ class MapFile(Part):
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What the map says of one file.
+    """Rules of the map for one file.
 
     Attributes
     ----------
@@ -190,7 +190,7 @@ def _check(path: Path, part: Part) -> None:
 
 
 def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
-    """Return what a map says of one file: the general keys, then those of every matching pattern in order."""
+    """Return the rules of a map for one file: the general keys, then those of every matching pattern in order."""
     if loaded is None:
         return Rules()
     parts: list[Part] = [loaded]

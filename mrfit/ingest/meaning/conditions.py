@@ -134,7 +134,7 @@ def _as_written(stem: str, pattern: str) -> dict[str, tuple[float, str]]:
 
 
 def wording(stem: str, rules: Rules) -> dict[str, str]:
-    """Return how the name of a test condition says what a file's name states with a unit, beside ``NAMING``.
+    """Return the wording, in the name of a test condition, of what a file's name states with a unit beside ``NAMING``.
 
     A unit that may be taken for another quantity's is preceded by the key: ``5bar``, but ``gap2mm``.
     """
@@ -170,7 +170,7 @@ def _drive(record: Recording) -> str:
 
 
 def _measured(record: Recording, condition: Mapping[str, float]) -> dict[str, float]:
-    """Return what the data say of those stated conditions that they can be asked about."""
+    """Return findings on those stated conditions that the data can be asked about."""
     drive = _drive(record)
     measured = {}
     if drive and record.samples >= 16 and "frequency" in condition:

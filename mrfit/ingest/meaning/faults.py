@@ -95,7 +95,7 @@ def _stuck(record: Recording, name: str) -> Iterator[Finding]:
 
 
 def _still(values: Array) -> Iterator[tuple[np.ndarray, float]]:
-    """Yield where a channel stands from sample to sample: exactly, then within one code of its converter, and that."""
+    """Yield the samples at which a channel stands still: exactly, then within one code of its converter, and that."""
     steps = np.abs(np.diff(values))
     yield steps == 0.0, 0.0
     code = float(steps[steps > 0.0].min())
@@ -140,7 +140,7 @@ def _another_moves(record: Recording, name: str, rows: slice) -> bool:
 
 
 def _wraps(part: Array, dt: float) -> tuple[str, float] | None:
-    """Return what is said of a channel that wraps round, and when it does so first; ``part`` is between 0 and 1.
+    """Return the statement on a channel that wraps round, and the time of the first wrap; ``part`` is between 0 and 1.
 
     It goes on after the step as it went before, opposite to the step, and steps both ways, which a sawtooth does not.
     """

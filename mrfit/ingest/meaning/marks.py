@@ -87,7 +87,7 @@ class _Others:
         return self.high - self.low
 
     def distance(self, mark: float) -> float:
-        """Return how far a number lies outside."""
+        """Return the distance of a number from the range."""
         return max(self.low - mark, mark - self.high)
 
     @property
@@ -133,7 +133,7 @@ def _ends(values: Values) -> tuple[float, float]:
 
 
 def _others(values: Values, marks: list[float]) -> _Others | None:
-    """Return what the other values are like; None where there are too few different ones."""
+    """Return the properties of the other values; None where there are too few different ones."""
     low, high, step, levels = np.inf, -np.inf, 0.0, 0
     for (v,) in series.chunks(values):
         own = np.isfinite(v) & ~np.logical_or.reduce([np.zeros(len(v), bool), *(_is(v, m) for m in marks)])

@@ -1,4 +1,4 @@
-"""What looks wrong with a recording: constant, dead or clipped channels, offsets, signs, exchanged columns, skew."""
+"""Findings on a recording: constant, dead or clipped channels, offsets, signs, exchanged columns, skew."""
 
 from collections.abc import Callable, Iterator, Set
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ ELECTRICAL = ("current", "voltage")
 
 
 def channel_findings(record: Recording) -> list[Finding]:
-    """Return what is odd about each channel by itself, over all its samples, and the time it concerns."""
+    """Return findings on each channel by itself, over all its samples, with the time concerned."""
     # a damper's coil is fed from zero up, where a coil on a bench is driven about zero
     fed = ELECTRICAL if {"force", "torque"} & record.channels.keys() else ()
     about_zero = set(ALTERNATING).difference(fed)
@@ -33,7 +33,7 @@ def channel_findings(record: Recording) -> list[Finding]:
 
 
 def relation_findings(record: Recording) -> list[Finding]:
-    """Return what is odd about channels against each other; ``record`` is a whole one or what ``shortened`` gives."""
+    """Return findings on channels against each other; ``record`` is a whole one or one from ``shortened``."""
     return [finding for check in CHECKS for finding in check(record)]
 
 

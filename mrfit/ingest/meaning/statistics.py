@@ -43,7 +43,7 @@ def without_statistics(table: Table) -> Table:
 
 
 def _rows(table: Table, at_end: bool) -> int:
-    """Return how many rows of statistics stand at one end."""
+    """Return the number of rows of statistics at one end."""
     columns = [c.values for c in (*table.columns, *([table.time] if table.time else []))]
     total = len(table.lines)
     if total < 4 * MOST_ROWS:
@@ -87,7 +87,7 @@ def _of(values: series.Values) -> Iterator[tuple[float, float]]:
 
 
 def _kind(row: Array, statistics: list[list[tuple[float, float]]]) -> int | None:
-    """Return which statistic a row holds of all columns; None if no one."""
+    """Return the index of the statistic that a row holds of all columns; None if there is none."""
     for kind in range(len(statistics[0])):
         pairs = [s[kind] for s in statistics]
         if all(abs(v - value) <= off for v, (value, off) in zip(row, pairs, strict=True)):

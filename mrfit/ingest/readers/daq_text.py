@@ -10,7 +10,7 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Refused, Source, Table
 from mrfit.ingest.text.body import Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
+from mrfit.ingest.text.textlog import Field, body_of, found_line, positive, table_of, text_of
 from mrfit.ingest.time.rate import with_rate
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log", blocks=True)
@@ -39,9 +39,7 @@ def read(source: Source) -> list[Table]:
         If the header names no channel or states no rate, or the time stamps cannot be read.
     """
     head = source.head
-    row = _name_line(head)
-    if row is None:
-        raise Refusal(head.path, "no 'Sample Number, …' row in its header", "export the log again")
+    row = found_line(head, _name_line(head), "'Sample Number, …' row")
     names = [n.lower() for n in split(head.lines[row], ",")]
     if "date/time" not in names:
         raise Refusal(head.path, "its name row has no Date/Time", "export the log again")

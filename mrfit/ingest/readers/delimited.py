@@ -246,7 +246,7 @@ def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: 
 
 
 def _sparse(head: Head, grid: Grid, header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:
-    """Say which columns are no channels, and take the sample rate where one of them holds it."""
+    """Name the columns that are no channels, and take the sample rate where one of them holds it."""
     findings: list[Finding] = []
     rate = None
     rows = _sample_rows(head, grid)

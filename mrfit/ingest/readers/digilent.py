@@ -5,10 +5,9 @@ from dataclasses import replace
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import name_and_unit
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, positive, read_table
+from mrfit.ingest.text.textlog import Field, fields_at, positive, read_columns
 from mrfit.ingest.time.rate import with_rate
 
 SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV", blocks=True)
@@ -33,12 +32,8 @@ def read(source: Source) -> list[Table]:
     parsed = [name_and_unit(c) for c in cells]
     if row is None or len(parsed) < 2 or (parsed[0][1] or "").lower() not in ("s", "ms", "us"):
         raise Refusal(head.path, "no 'Time (s),Channel 1 (V)' row after its settings", "export the log again")
-    width = check_width(head, row + 1, ",", len(parsed))
-    fields = [Field(name, unit, k) for k, (name, unit) in enumerate(parsed) if k]
-    columns = tuple(range(len(parsed)))
-    header = frozenset({head.lines[row].strip()})
-    layout = Layout(row + 1, ",", ".", width, columns, blank=tuple(range(len(parsed), width)), header=header)
-    table = read_table(source, layout, fields, Field(parsed[0][0], parsed[0][1], 0))
+    fields = [Field(name, unit, k) for k, (name, unit) in enumerate(parsed)]
+    table = read_columns(source, row + 1, fields, fields[0], head.lines[row : row + 1])
     samples = [line.partition(":")[2] for line in head.lines[:row] if line.lower().startswith("#samples:")]
     table = replace(table, stated_rows=positive(samples))
     return [with_rate(table, head.lines[:row])]

@@ -6,9 +6,8 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
+from mrfit.ingest.text.textlog import Field, fields_at, found_line, meta_of, positive, read_columns
 
 SPEC = ReaderSpec("gwinstek", "GW Instek GDS oscilloscope CSV", blocks=True)
 
@@ -31,19 +30,15 @@ def read(source: Source) -> list[Table]:
         If the settings lack the sampling period or the rows do not fit.
     """
     head = source.head
-    row = _data_line(head)
-    if row is None:
-        raise Refusal(head.path, "no 'Waveform Data' line in its header", "export the log again")
+    row = found_line(head, _data_line(head), "'Waveform Data' line")
     meta = meta_of(head, row)
     name = next(iter(meta.get("source", [])), "") or "CH1"
     unit = next(iter(meta.get("vertical units", [])), "") or "V"
     dt = _interval(meta)
     timed = len(fields_at(head, row + 1, ",")) == 2
-    columns = 2 if timed else 1
-    width = check_width(head, row + 1, ",", columns)
-    layout = Layout(row + 1, ",", ".", width, tuple(range(columns)), blank=tuple(range(columns, width)))
     clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", 0) if timed else None
-    table = read_table(source, layout, [Field(name, unit, columns - 1)], clock)
+    fields = [clock, Field(name, unit, 1)] if clock else [Field(name, unit, 0)]
+    table = read_columns(source, row + 1, fields, clock)
     table = replace(table, stated_rows=positive(meta.get("memory length", [])))
     if not timed and dt is None:
         raise Refusal(head.path, "neither a time column nor a sampling period", "write rate = HZ in a channel map")

@@ -141,7 +141,7 @@ def _numbers(values: list[Any]) -> Array | None:
 
 
 def _about(content: Mapping[str, Any], around: _Found) -> _Found:
-    """Return what an object says of the arrays in it, beside what was said further out."""
+    """Return the statements of an object on the arrays in it, with those of the objects around it."""
     stated = content.get("units")
     written = {str(n): u for n, u in stated.items() if isinstance(u, str)} if isinstance(stated, dict) else {}
     dt = next((dt for name, value in content.items() if (dt := _interval(name, value))), around.dt)

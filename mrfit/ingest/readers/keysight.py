@@ -2,9 +2,8 @@
 
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, read_table
+from mrfit.ingest.text.textlog import Field, fields_at, read_columns
 
 SPEC = ReaderSpec("keysight", "Keysight/Agilent InfiniiVision oscilloscope CSV", blocks=True)
 
@@ -24,13 +23,8 @@ def read(source: Source) -> list[Table]:
     """
     head = source.head
     names, written = fields_at(head, 0, ","), fields_at(head, 1, ",")
-    width = check_width(head, 2, ",", len(names))
     fields = [
         Field(f"CH{name}" if name.isdigit() else name, written[k] if k < len(written) else "V", k)
         for k, name in enumerate(names)
-        if k
     ]
-    header = frozenset(line.strip() for line in head.lines[:2])
-    columns = tuple(range(len(names)))
-    layout = Layout(2, ",", ".", width, columns, blank=tuple(range(len(names), width)), header=header)
-    return [read_table(source, layout, fields, Field("x-axis", written[0], 0))]
+    return [read_columns(source, 2, fields, fields[0], head.lines[:2])]

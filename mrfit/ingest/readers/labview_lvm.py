@@ -25,7 +25,7 @@ def sniff(head: Head) -> bool:
 
 
 def heading(head: Head) -> Heading | None:
-    """Return what the first segment's header says; None if there is none."""
+    """Return the names and units of the first segment's header; None if there is none."""
     try:
         segment = _segment(head)
     except Refusal:

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, read_table, side_by_side
+from mrfit.ingest.text.textlog import Field, found_line, read_columns, side_by_side
 
 SPEC = ReaderSpec("lecroy", "LeCroy oscilloscope text, one file per channel", blocks=True)
 
@@ -21,7 +20,7 @@ def sniff(head: Head) -> bool:
 
 
 def part(head: Head) -> str | None:
-    """Return what the channels of one acquisition share: ``C1Trace00000`` and ``C2Trace00000``."""
+    """Return the text that the channels of one acquisition share: ``C1Trace00000`` and ``C2Trace00000``."""
     match = re.fullmatch(r"(.*)C\d((?:--)?[A-Za-z]+.*?\d+)", head.path.stem)
     return f"{head.path.parent}/{match[1]}C*{match[2]}" if match else None
 
@@ -36,13 +35,11 @@ def read(source: Source) -> list[Table]:
     """
     head = source.head
     row = next((k for k, line in enumerate(head.lines[:4096]) if line.lower().startswith("time,")), None)
-    if row is None:
-        raise Refusal(head.path, "no 'Time,Ampl' row in its header", "export the log again")
-    width = check_width(head, row + 1, ",", 2)
+    row = found_line(head, row, "'Time,Ampl' row")
     match = re.search(r"C(\d)(?:--)?[A-Za-z]", head.path.stem)
     name = f"CH{match[1]}" if match else "ampl"
-    layout = Layout(row + 1, ",", ".", width, (0, 1), blank=tuple(range(2, width)))
-    table = read_table(source, layout, [Field(name, "V", 1)], Field("Time", "s", 0))
+    time = Field("Time", "s", 0)
+    table = read_columns(source, row + 1, [time, Field(name, "V", 1)], time)
     segments, size = _segments(head)
     table = replace(table, stated_rows=segments * size if segments and size else None)
     if segments > 1 and size:

@@ -8,7 +8,7 @@ from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import find_grid
-from mrfit.ingest.text.textlog import Field, check_width, read_table
+from mrfit.ingest.text.textlog import Field, check_width, found_line, read_table
 
 SPEC = ReaderSpec("leybold-cassy", "Leybold CASSY Lab text", blocks=True)
 QUANTITY = re.compile(r'"([^"]*)"\s*(\S*)\s*(?:/\s*(.*))?')
@@ -32,9 +32,7 @@ def read(source: Source) -> list[Table]:
         If DEF= names no time.
     """
     head = source.head
-    row = _definition(head)
-    if row is None:
-        raise Refusal(head.path, "no DEF= line in its header", "export the log again")
+    row = found_line(head, _definition(head), "DEF= line")
     fields = [_field(cell, k) for k, cell in enumerate(head.lines[row][4:].split("\t"))]
     if not fields[0].unit:
         raise Refusal(head.path, "its DEF= line gives the first quantity no unit", "export the log again")

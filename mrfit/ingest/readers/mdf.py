@@ -76,7 +76,7 @@ def _check_records(mdf: Any, size: int) -> None:
 
 
 def _unpacked(group: Any, shelf: Shelf | None) -> float:
-    """Return how many numbers of a group are in memory together: of one that is put on the disk, three channels'."""
+    """Return the count of a group's numbers in memory at once: of one that is put on the disk, three channels'."""
     rows = float(group.channel_group.cycles_nr)
     return rows * (3 if shelf and shelf.takes(int(rows)) else len(group.channels))
 

@@ -24,7 +24,7 @@ def sniff(head: Head) -> bool:
 
 
 def heading(head: Head) -> Heading | None:
-    """Return what the first header says; None if there is none."""
+    """Return the names and units of the first header; None if there is none."""
     found = two_rows(head)
     return Heading(tuple(found.names), tuple(found.units), "\t") if found else None
 

@@ -10,10 +10,9 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, find_grid, two_rows
-from mrfit.ingest.text.textlog import Field, check_width, read_table
+from mrfit.ingest.text.textlog import Field, read_columns
 
 SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export", blocks=True)
 
@@ -24,7 +23,7 @@ def sniff(head: Head) -> bool:
 
 
 def part(head: Head) -> str | None:
-    """Return what the parts of one test share: ``(Timed).txt``, ``(Timed)2.txt`` and so on."""
+    """Return the text that the parts of one test share: ``(Timed).txt``, ``(Timed)2.txt`` and so on."""
     match = re.fullmatch(r"(.*\))\d*", head.path.stem)
     return f"{head.path.parent}/{match[1]}" if match else None
 
@@ -47,12 +46,8 @@ def read(source: Source) -> list[Table]:
     if time is None:
         raise Refusal(head.path, f"none of its columns is a time ({', '.join(names)})", "export the log again")
     decimal = find_grid(head, row + 1).decimal
-    width = check_width(head, row + 1, "\t", len(names))
     fields = [Field(n, u, k) for k, (n, u) in enumerate(zip(names, written, strict=True))]
-    header = frozenset(line.strip() for line in head.lines[: row + 1] if line.strip())
-    columns = tuple(range(len(names)))
-    layout = Layout(row + 1, "\t", decimal, width, columns, blank=tuple(range(len(names), width)), header=header)
-    return [read_table(source, layout, [f for f in fields if f.index != time], fields[time])]
+    return [read_columns(source, row + 1, fields, fields[time], head.lines[: row + 1], ("\t", decimal))]
 
 
 def join(tables: Sequence[Table]) -> list[Table]:

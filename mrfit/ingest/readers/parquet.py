@@ -209,7 +209,7 @@ def _floats(column: Any) -> Array:
 
 
 def _about(metadata: dict[bytes, bytes], path: Path) -> dict[str, Any]:
-    """Return what mrfit wrote beside the columns: channels, interval, start, condition.
+    """Return the metadata that mrfit wrote beside the columns: channels, interval, start, condition.
 
     Raises
     ------

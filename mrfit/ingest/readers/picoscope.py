@@ -5,10 +5,10 @@ import re
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import find_grid
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, read_table
+from mrfit.ingest.text.textlog import Field, fields_at, read_columns
 
 SPEC = ReaderSpec("picoscope", "PicoScope CSV and text", blocks=True)
 DELIMITERS = ("\t", ";", ",")
@@ -41,10 +41,6 @@ def read(source: Source) -> list[Table]:
     delimiter = _delimiter(head) or ","
     names, written = fields_at(head, 0, delimiter), fields_at(head, 1, delimiter)
     decimal = find_grid(head, 3).decimal if delimiter != "," else "."
-    width = check_width(head, 3, delimiter, len(written))
     names += [f"CH{k}" for k in range(len(names), len(written))]
-    fields = [Field(names[k], written[k].strip("()"), k) for k in range(1, len(written))]
-    header = frozenset(line.strip() for line in head.lines[:2])
-    columns = tuple(range(len(written)))
-    layout = Layout(3, delimiter, decimal, width, columns, blank=tuple(range(len(written), width)), header=header)
-    return [read_table(source, layout, fields, Field(names[0], written[0].strip("()"), 0))]
+    fields = [Field(names[k], written[k].strip("()"), k) for k in range(len(written))]
+    return [read_columns(source, 3, fields, fields[0], head.lines[:2], (delimiter, decimal))]

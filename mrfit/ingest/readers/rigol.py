@@ -8,9 +8,9 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
+from mrfit.ingest.text.textlog import Field, fields_at, meta_of, positive, read_columns
 
 SPEC = ReaderSpec("rigol", "Rigol oscilloscope CSV", blocks=True)
 PC_SOFTWARE = "number of data points"
@@ -57,20 +57,17 @@ def read(source: Source) -> list[Table]:
     return [_counted_table(source) if _counted(source.head) else _timed_table(source)]
 
 
-def _fields(names: list[str], written: list[str]) -> list[Field]:
-    return [Field(n, written[k] if k < len(written) else "V", k) for k, n in enumerate(names) if k]
+def _read(source: Source, first: int, fields: list[Field]) -> Table:
+    return read_columns(source, first, fields, fields[0], source.head.lines[:first])
 
 
-def _layout(head: Head, skip: int, columns: int) -> Layout:
-    width = check_width(head, skip, ",", columns)
-    header = frozenset(line.strip() for line in head.lines[:skip])
-    return Layout(skip, ",", ".", width, tuple(range(columns)), blank=tuple(range(columns, width)), header=header)
+def _fields(time: Field, names: list[str], written: list[str]) -> list[Field]:
+    return [time, *(Field(n, written[k] if k < len(written) else "V", k) for k, n in enumerate(names) if k)]
 
 
 def _timed_table(source: Source) -> Table:
     names, below = fields_at(source.head, 0, ","), fields_at(source.head, 1, ",")
-    fields = _fields(names, below)
-    return read_table(source, _layout(source.head, 2, len(names)), fields, Field("X", "s", 0))
+    return _read(source, 2, _fields(Field("X", "s", 0), names, below))
 
 
 def _counted_table(source: Source) -> Table:
@@ -81,7 +78,7 @@ def _counted_table(source: Source) -> Table:
     if len(numbers) < 2 or numbers[0] is None or numbers[1] is None or numbers[1][0] <= 0.0:
         raise Refusal(head.path, "no start and increment in its second line", "export the log again")
     start, increment = numbers[0][0], numbers[1][0]
-    table = read_table(source, _layout(head, 2, len(names)), _fields(names, below), Field("X", None, 0))
+    table = _read(source, 2, _fields(Field("X", None, 0), names, below))
     assert table.time is not None
     count = table.time.values
     time = Column("X", "s", start + count * increment, 0)
@@ -95,10 +92,10 @@ def _pc(source: Source, row: int) -> Table:
     meta = meta_of(head, row)
     columns = fields_at(head, row, ",")
     names = [n.replace(" ", "") for n in meta.get("channel data", [])]
-    fields = []
+    fields = [Field("Time", "s", 0)]
     for k in range(1, len(columns)):
         unit = columns[k].partition("(")[2].rstrip(") ") or "V"
         fields.append(Field(names[k - 1] if k <= len(names) else f"CH{k}", unit, k))
-    table = read_table(source, _layout(head, row + 1, len(columns)), fields, Field("Time", "s", 0))
+    table = _read(source, row + 1, fields)
     rate = positive(meta.get("sampling frequency (hz)", []))
     return replace(table, dt=1.0 / rate if rate else None)

@@ -3,11 +3,9 @@
 from dataclasses import replace
 
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
+from mrfit.ingest.text.textlog import Field, fields_at, found_line, meta_of, positive, read_columns
 
 SPEC = ReaderSpec("siglent", "Siglent SDS oscilloscope CSV", blocks=True)
 
@@ -35,17 +33,11 @@ def read(source: Source) -> list[Table]:
         If the rows do not fit the header.
     """
     head = source.head
-    row = _column_line(head)
-    if row is None:
-        raise Refusal(head.path, "no 'Source' above 'Second,Volt' in its header", "export the log again")
+    row = found_line(head, _column_line(head), "'Source' above 'Second,Volt'")
     names, written = fields_at(head, row - 1, ","), fields_at(head, row, ",")
-    width = check_width(head, row + 1, ",", len(written))
     names += [f"CH{k}" for k in range(len(names), len(written))]
-    fields = [Field(names[k], written[k], k) for k in range(1, len(written))]
-    columns = tuple(range(len(written)))
-    header = frozenset(line.strip() for line in head.lines[: row + 1] if line.strip())
-    layout = Layout(row + 1, ",", ".", width, columns, blank=tuple(range(len(written), width)), header=header)
-    table = read_table(source, layout, fields, Field("Second", "s", 0))
+    fields = [Field("Second", "s", 0), *(Field(names[k], written[k], k) for k in range(1, len(written)))]
+    table = read_columns(source, row + 1, fields, fields[0], head.lines[: row + 1])
     meta = meta_of(head, row)
     table = replace(table, stated_rows=positive(_own(meta.get("record length", []))))
     return [replace(table, dt=positive(_own(meta.get("sample interval", []))))]

@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, found_line, meta_of, positive, read_table
 
 SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV", blocks=True)
 
@@ -36,9 +35,7 @@ def read(source: Source) -> list[Table]:
         If the rows do not fit the header.
     """
     head = source.head
-    row = _column_line(head)
-    if row is None:
-        raise Refusal(head.path, "no TIME row in its header", "export the log again")
+    row = found_line(head, _column_line(head), "TIME row")
     names = fields_at(head, row, ",")
     meta = meta_of(head, row)
     check_width(head, row + 1, ",", len(names))
@@ -50,14 +47,11 @@ def read(source: Source) -> list[Table]:
         unit = written[min(len(fields), len(written) - 1)] if written else "V"
         label = labels[k - 1] if k - 1 < len(labels) else ""
         fields.append(Field(label or name, unit, k))
-    layout = Layout(row + 1, ",", ".", len(names), (0, *(f.index for f in fields)), header=_header(head, row))
+    header = frozenset(line.strip() for line in head.lines[: row + 1] if line.strip(", "))
+    layout = Layout(row + 1, ",", ".", len(names), (0, *(f.index for f in fields)), header=header)
     time = Field("TIME", (meta.get("horizontal units") or ["s"])[0] or "s", 0)
     table = read_table(source, layout, fields, time)
     table = replace(table, stated_rows=positive(meta.get("record length", [])))
     if len(fields) < len(names) - 1:
         table = replace(table, history=("left out the peak-detect envelope",))
     return [replace(table, dt=positive(meta.get("sample interval", [])))]
-
-
-def _header(head: Head, row: int) -> frozenset[str]:
-    return frozenset(line.strip() for line in head.lines[: row + 1] if line.strip(", "))

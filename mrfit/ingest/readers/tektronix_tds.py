@@ -35,7 +35,7 @@ def _first_row(head: Head) -> int | None:
 
 
 def part(head: Head) -> str | None:
-    """Return what files of one record share: the folder and the number in ``F0004CH1.CSV``."""
+    """Return the text that the files of one record share: the folder and the number in ``F0004CH1.CSV``."""
     match = re.fullmatch(r"(F\d{4})CH\d", head.path.stem, re.IGNORECASE)
     return f"{head.path.parent}/{match[1].upper()}" if match else None
 

@@ -31,7 +31,7 @@ SHEET_ERRORS = ("#REF!", "#DIV/0!", "#VALUE!", "#NUM!", "#NAME?", "#NULL!", "#SP
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the numbers of a text log are.
+    """Places of the numbers of a text log.
 
     Attributes
     ----------
@@ -254,7 +254,7 @@ def _one_blank(text: bytes) -> bytes:
 
 
 def number_pattern(decimal: str) -> re.Pattern[str]:
-    """Return what a number looks like with the given decimal mark, as the bulk parser sees it."""
+    """Return the pattern of a number with the given decimal mark, as the bulk parser sees it."""
     mark = re.escape(decimal)
     return re.compile(rf"[+-]?(?:\d+{mark}?\d*|{mark}\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|infinity|∞)", re.ASCII | re.I)
 

@@ -21,7 +21,7 @@ SURE = 0.9
 
 
 def pairs_in(head: Head) -> int:
-    """Return how many numbers with decimal commas the rows of a log hold; 0 where the commas only part fields.
+    """Return the count of numbers with decimal commas in the rows of a log; 0 where the commas only part fields.
 
     Raises
     ------

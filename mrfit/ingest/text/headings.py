@@ -40,7 +40,7 @@ FEW_ROWS = 5
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What a header says of the rows below it.
+    """Statements of a header on the rows below it.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class Part:
         )
 
     def in_words(self, text: str) -> str:
-        """Return what is said of it with the line numbers of the log."""
+        """Return a statement on it with the line numbers of the log."""
         return re.sub(r"\bline (\d+)", lambda m: f"line {int(m[1]) + self.shift}", text)
 
 
@@ -139,7 +139,7 @@ Teller = Callable[[Head], Heading | None]
 
 
 def heading(head: Head) -> Heading | None:
-    """Return what the header of delimited text says; None if nothing above the numbers names them."""
+    """Return the names and units of the header of delimited text; None if nothing above the numbers names them."""
     try:
         grid = find_grid(head)
     except Refusal:
@@ -308,7 +308,7 @@ def _between_rows(data: Text, base: int) -> Iterator[_Stretch]:
 
 
 def _worded_rows(data: Text, starts: Lines, others: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which lines but ``others`` have a number behind the word that they begin with."""
+    """Return the mask of lines, but ``others``, that have a number behind the word that they begin with."""
     cell = re.compile(rb'[,;\t| ][ "]*[+-]?[.,]?\d[\d.,]*(?:[eE][+-]?\d+)?[ "]*(?:[,;\t|\r\n]|$)')
     edges = np.append(starts, len(data))
     found = np.zeros(len(starts), dtype=bool)

@@ -47,7 +47,7 @@ MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<–-]+"
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """How lines split into fields, and where the first data row stands (line index from 0)."""
+    """Split of lines into fields, and the place of the first data row (line index from 0)."""
 
     delimiter: str
     decimal: str
@@ -56,7 +56,7 @@ class Grid:
 
 
 def find_grid(head: Head, start: int = 0) -> Grid:
-    """Return how a text log is laid out, looking from line ``start`` on.
+    """Return the layout of a text log from line ``start`` on.
 
     Raises
     ------

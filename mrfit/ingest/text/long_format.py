@@ -40,7 +40,7 @@ class LongFormat:
 
 
 def long_format(header: Header, kinds: Sequence[str]) -> LongFormat | None:
-    """Return where channels and values stand; None if every channel has a column."""
+    """Return the columns of channels and values; None if every channel has a column."""
 
     def places(form: re.Pattern[str], allowed: tuple[str, ...]) -> list[int]:
         names = [n.strip() for n in header.names]

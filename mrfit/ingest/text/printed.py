@@ -1,4 +1,4 @@
-"""How finely numbers were printed."""
+"""Resolution of printed numbers."""
 
 import re
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ NUMERAL = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE]([+-]?\d+))?")
 
 @dataclass(frozen=True, slots=True)
 class Digits:
-    """How a column is printed throughout: with so many decimals, of a mantissa if ``scientific``."""
+    """Form in which a column is printed throughout: its decimals, those of a mantissa if ``scientific``."""
 
     decimals: int
     scientific: bool
@@ -34,7 +34,7 @@ class Digits:
 
 
 def digits_of(texts: Sequence[str]) -> Digits | None:
-    """Return how numbers are printed; None where they have no common form, such as where final zeros are left out."""
+    """Return the form of printed numbers; None where they have no common form, as where final zeros are left out."""
     forms = {(len(match[1] or ""), bool(match[2])) for t in texts if t and (match := NUMERAL.fullmatch(t))}
     if len(forms) != 1:
         return None

@@ -32,7 +32,7 @@ class Thousands:
     delimiter: str
 
     def pattern(self) -> re.Pattern[str]:
-        """Return what a field with the mark looks like."""
+        """Return the pattern of a field with the mark."""
         return re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(self.mark)}\d{{3}})+(?:{self.decimal}\d*)?")
 
     def without(self, line: str) -> str:

@@ -1,4 +1,4 @@
-"""What the readers of text logs share: from a layout and column names to a table."""
+"""Shared parts of the readers of text logs: from a layout and column names to a table."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -85,6 +85,47 @@ def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Fi
     return table_of(body, fields, time)
 
 
+def read_columns(
+    source: Source,
+    first: int,
+    fields: Sequence[Field],
+    time: Field | None,
+    header: Sequence[str] = (),
+    marks: tuple[str, str] = (",", "."),
+) -> Table:
+    """Return the table of a log in which every column from the left on is a field, and none stands beside them.
+
+    Parameters
+    ----------
+    first
+        Line (from 0) of the first row.
+    fields, time
+        Columns, and which of them is the time.
+    header
+        Lines by which a repeated header is known.
+    marks
+        Delimiter and decimal mark.
+    """
+    number = len(fields)
+    width = check_width(source.head, first, marks[0], number)
+    known = frozenset(line.strip() for line in header if line.strip())
+    layout = Layout(first, *marks, width, tuple(range(number)), blank=tuple(range(number, width)), header=known)
+    return read_table(source, layout, [f for f in fields if f is not time], time)
+
+
+def found_line(head: Head, line: int | None, missing: str) -> int:
+    """Return the place of a line of the header.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+    """
+    if line is None:
+        raise Refusal(head.path, f"no {missing} in its header", "export the log again")
+    return line
+
+
 def text_of(source: Source) -> Text:
     """Return the text to read: the whole file or a block of it."""
     return body_view(source.head) if source.block is None else source.block.data
@@ -123,7 +164,7 @@ def _leave_out_last(body: Body, line: int) -> None:
 
 
 def _digits(head: Head, layout: Layout) -> dict[int, Digits | None]:
-    """Return how the columns are printed, seen in some rows of the head."""
+    """Return the forms in which the columns are printed, seen in some rows of the head."""
     lines = head.lines[layout.skip :]
     rows = [split(line, layout.delimiter) for line in lines[:: max(1, len(lines) // DIGIT_ROWS)]]
     number = number_pattern(layout.decimal)

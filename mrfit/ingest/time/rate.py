@@ -120,7 +120,7 @@ def _unclear(text: str) -> Finding:
 
 
 def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
-    """Return what a header states, or its text where a mark may mean two things; None where it is no rate."""
+    """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
     label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
     text, kind = match[0].strip(" ,;\t"), "Hz" if word.lower() in ("rate", "frequency") else "s"
     unit = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)

@@ -365,7 +365,7 @@ def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:
 
 
 def _cut_findings(time: Array, runs: list[tuple[int, int]], cuts: list[int]) -> list[tuple[Finding, ...]]:
-    """Return what is said of the end of each run; of many cuts of one kind, once at the first of them."""
+    """Return the finding on the end of each run; of many cuts of one kind, once at the first of them."""
     found: list[tuple[Finding, ...]] = []
     where: dict[str, list[int]] = {}
     for number, ((begin, end), (following, _)) in enumerate(zip(runs, runs[1:], strict=False)):

@@ -1,4 +1,4 @@
-"""What advise.json holds: the next test, from what a discovery or a fit left open."""
+"""Content of advise.json: the next test, for questions that a discovery or a fit left open."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -28,7 +28,7 @@ class DamperEntry(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class AmplifierEntry(Entry):
-    """What coil and amplifier allow; a limit is null where there is none."""
+    """Limits of coil and amplifier; a limit is null where there is none."""
 
     most: Number
     least: Number | None
@@ -170,7 +170,7 @@ class ControlEntry(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Chatter(Entry):
-    """What was found of trembling in a ride.
+    """Trembling found in a ride.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the bands of a prediction are made of, as fit.json keeps it."""
+"""Data of the bands of a prediction, as fit.json keeps them."""
 
 from dataclasses import dataclass, field
 
@@ -29,7 +29,7 @@ class Refits(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Remainder(Entry):
-    """What a model leaves of one test: noise and its own error together.
+    """Residual of a model in one test: noise and its own error together.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a batch keeps of every log, a line of its journal each, and what a command tells of it."""
+"""Records that a batch keeps of every log, a line of its journal each, and the report of a command."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -51,7 +51,7 @@ class OfCondition(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class LogRow(Document):
-    """What became of a log.
+    """Result of a log.
 
     Attributes
     ----------

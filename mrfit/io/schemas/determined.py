@@ -1,4 +1,4 @@
-"""How well the data determine a parameter or derived quantity: well, poorly, or not."""
+"""Degree to which the data determine a parameter or derived quantity: well, poorly, or not."""
 
 import math
 from enum import StrEnum
@@ -10,7 +10,7 @@ SLIGHT = 0.01
 
 
 class State(StrEnum):
-    """How well the data determine a parameter."""
+    """Degree to which the data determine a parameter."""
 
     WELL = "well"
     POORLY = "poorly"
@@ -19,7 +19,7 @@ class State(StrEnum):
 
 
 def state_of(value: float, low: float | None, high: float | None, added_to: float | None = None) -> State:
-    """Return how well an interval determines a value.
+    """Return the degree to which an interval determines a value.
 
     A value whose interval holds zero is poorly determined, whatever its unit: not even its sign is known. An offset,
     which may be zero, is well determined nevertheless where the data that it adds to do not tell it from its ends.

@@ -1,4 +1,4 @@
-"""What discovery.json holds, which is the result of a discovery, and what is kept of an unfinished one."""
+"""Content of discovery.json, the result of a discovery, and the records of an unfinished one."""
 
 from typing import Any, Self
 
@@ -79,7 +79,7 @@ class Drifting(Row):
 
 
 class Candidate(Row):
-    """What became of an effect of the library."""
+    """Result of an effect of the library."""
 
     name: str
     screen: float
@@ -121,7 +121,7 @@ class Look(Row):
 
 
 class Unexplained(Row):
-    """What is left of the gap."""
+    """Rest of the gap."""
 
     share_of_gap: float | None
     predictable: float | None = None
@@ -143,7 +143,7 @@ class SegmentFloor(Row):
 
 
 class DiscoveryDependence(Row):
-    """How the base's parameters depend on current."""
+    """Dependence of the base's parameters on current."""
 
     orders: tuple[tuple[str, int | str], ...]
     low: float
@@ -162,7 +162,7 @@ class LawPlace(Row):
 
 
 class LawGap(Row):
-    """How far the base's law itself is off, effects put aside.
+    """Error of the base's law itself, effects put aside.
 
     Attributes
     ----------
@@ -198,7 +198,7 @@ class Confounded(Row):
 
 
 class Standing(Row):
-    """How clearly an effect shows beside the best law; see ``mrfit.discover.invariance.findings``."""
+    """Significance of an effect beside the best law; see ``mrfit.discover.invariance.findings``."""
 
     share: float
     kept: float
@@ -232,7 +232,7 @@ class BrokenInvariance(Row):
 
 
 class Examination(Row):
-    """What was found whatever the law is.
+    """Findings that hold under any law.
 
     Attributes
     ----------
@@ -262,7 +262,7 @@ class Examination(Row):
 
 
 class Way(Row):
-    """What one way of discovery says on its own."""
+    """Result of one way of discovery on its own."""
 
     verdict: str
     effects: tuple[str, ...] = ()
@@ -307,7 +307,7 @@ class OtherLaw(Row):
 
 
 class OtherBase(Row):
-    """What another law lacks that errs so little that it was taken as exact."""
+    """Effects that another law lacks, which errs so little that it was taken as exact."""
 
     model: str
     verdict: str

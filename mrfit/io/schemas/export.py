@@ -1,4 +1,4 @@
-"""What ``mrfit export`` tells of what it wrote."""
+"""Report of ``mrfit export`` on the files it wrote."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ from mrfit.io.schemas.reading import Entry
 
 @dataclass(frozen=True, kw_only=True)
 class Format(Entry):
-    """What was written in a format; ``error`` as a share of the output's range, None where it was not measured."""
+    """Files written in a format; ``error`` as a share of the output's range, None where it was not measured."""
 
     format: str
     files: list[str]
@@ -17,7 +17,7 @@ class Format(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Exported(Entry):
-    """What the command tells of an export.
+    """Report of the command on an export.
 
     ``failed`` has the formats that could not be made, and why; ``outdated`` what is no longer as it was fitted.
     """

@@ -61,7 +61,7 @@ class Quantity(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Conditioning(Entry):
-    """How many directions of the parameter space the data determine, and the ones they do not."""
+    """Number of directions of the parameter space that the data determine, and those they do not."""
 
     rank: int
     parameters: int
@@ -90,7 +90,7 @@ class Caution(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentUse(Entry):
-    """How a segment entered a fit."""
+    """Use of a segment in a fit."""
 
     id: str
     condition: str
@@ -124,7 +124,7 @@ class SearchStage(Entry):
 
     @property
     def absent(self) -> Collection[str]:
-        """What a stage without tests does not have."""
+        """Values that a stage without tests does not have."""
         return () if self.evaluations is not None else ("cost", "evaluations")
 
 
@@ -147,7 +147,7 @@ class DriftRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Repeats(Entry):
-    """How much the training segments of one condition differ.
+    """Difference of the training segments of one condition.
 
     Attributes
     ----------
@@ -183,7 +183,7 @@ class ResidualTest(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class FoundPoint(Entry):
-    """What a search found, as it is kept until the whole fit is written.
+    """Result of a search, as it is kept until the whole fit is written.
 
     Attributes
     ----------
@@ -341,7 +341,7 @@ class Trust(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchEnd(Entry):
-    """Where and how the search for one set of parameters ended; attributes as in ``FoundPoint``."""
+    """End of the search for one set of parameters; attributes as in ``FoundPoint``."""
 
     condition: str
     conditions: list[str] = field(default_factory=list)
@@ -438,7 +438,7 @@ class LawChosen(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class CurrentChoice(Entry):
-    """How parameters were made to depend on current: how it was judged, then parameter by parameter, and in words."""
+    """Choice of the dependence on current: its judgement, then parameter by parameter, and in words."""
 
     judged_by: str = ""
     currents: list[float] = field(default_factory=list)
@@ -472,7 +472,7 @@ class FormTried(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class FormChoice(Entry):
-    """Which form of an effect the data call for: by which bands of a channel left out, what was tried, and in words."""
+    """Choice of the form of an effect: the bands of a channel left out, the forms tried, and in words."""
 
     channel: str
     bands: list[tuple[float, float]] = field(default_factory=list)
@@ -483,7 +483,7 @@ class FormChoice(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class FitDependence(Entry):
-    """How a fit's parameters depend on current: an order by parameter, between two currents in A."""
+    """Dependence of a fit's parameters on current: an order by parameter, between two currents in A."""
 
     orders: dict[str, int | str]
     low: float
@@ -572,7 +572,7 @@ class PartialFit(Document):
 
 @dataclass(frozen=True, kw_only=True)
 class FitPreparation(Entry):
-    """How the recordings of a fit were prepared, and the coil resistance in Ω by which their flux was found."""
+    """Preparation of the recordings of a fit, and the coil resistance in Ω by which their flux was found."""
 
     flux: FluxSettings
     segment: SegmentSettings

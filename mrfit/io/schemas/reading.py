@@ -82,7 +82,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def of_json(kind: type[Kind], text: str | bytes) -> Kind:
-    """Return what JSON says, checked.
+    """Return the content of JSON, checked.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def of_json(kind: type[Kind], text: str | bytes) -> Kind:
 
 
 def of_row(kind: type[Kind], row: Mapping[str, object]) -> Kind:
-    """Return what a row of a table says, checked as ``of_json`` does."""
+    """Return the content of a row of a table, checked as ``of_json`` does."""
     # in JSON, of which strict reading makes documents
     return of_json(kind, json.dumps(dict(row), default=str))
 
@@ -136,7 +136,7 @@ def load(path: Path, kind: type[File], remedy: str) -> File | None:
 
 
 def reusable(path: Path, kind: type[File]) -> File | None:
-    """Return what an earlier run of a command made; None where it is not there or damaged, so that it is made again.
+    """Return the result of an earlier run of a command; None where it is missing or damaged, so that it is made again.
 
     Raises
     ------

@@ -61,7 +61,7 @@ class About(Document):
 
     @classmethod
     def of(cls, recording: Recording) -> Self:
-        """Return what is kept of a recording."""
+        """Return the record that is kept of a recording."""
         r = recording
         return cls(
             id=r.id,
@@ -165,7 +165,7 @@ class LoopRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class FluxRow(Entry):
-    """What the flux stage did with a recording; of one that it did not integrate only id and action are written."""
+    """Treatment of a recording by the flux stage; of one that it did not integrate only id and action are written."""
 
     id: str
     action: str = ""
