@@ -11,7 +11,7 @@ from operator import index
 from textwrap import wrap
 from typing import Any, TypeVar, get_origin
 
-from mrfit.core.setting import UNSET, Defined, defined, explained, flag_of
+from mrfit.core.setting import UNSET, SettingField, defined, explained, flag_of
 from mrfit.errors import ConfigError
 from mrfit.settings.forms import of_python
 
@@ -90,13 +90,13 @@ def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], deci
     function.__doc__ = f"{inspect.getdoc(function)}\n\nOptions\n-------\n{listed}\n"
 
 
-def _default(field: Defined) -> object:
+def _default(field: SettingField) -> object:
     if field.default is UNSET:
         return inspect.Parameter.empty
     return {} if get_origin(field.argument) is dict else field.default
 
 
-def _value(field: Defined, value: object) -> object:
+def _value(field: SettingField, value: object) -> object:
     """Return a value as its settings take it: mappings as tuples, numbers as Python's own.
 
     Raises
@@ -117,7 +117,7 @@ def _value(field: Defined, value: object) -> object:
     raise ConfigError(f"{field.name} takes {_listed(field)}, not {value!r}")
 
 
-def _listed(field: Defined) -> str:
+def _listed(field: SettingField) -> str:
     words = " or ".join(map(repr, field.choices))
     rest = {str: "text", bool: "True or False", int: "a number", float: "a number"}
     return words or next((text for kind, text in rest.items() if kind in field.alternatives), "another value")
@@ -130,7 +130,7 @@ def _whole(name: str, value: object) -> int:
         raise ConfigError(f"{name} takes a whole number, not {value!r}") from None
 
 
-def _within(field: Defined, number: float) -> float:
+def _within(field: SettingField, number: float) -> float:
     """Return a number that keeps the limits of its field."""
     setting = field.setting
     if setting is None:

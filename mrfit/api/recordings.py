@@ -20,7 +20,7 @@ from mrfit.core import recording as core
 from mrfit.core.channels import CHANNELS, MOTION, unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
-from mrfit.ingest.build import Origin, build
+from mrfit.ingest.build import LogOrigin, build
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.table import Column, Table
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
@@ -180,7 +180,7 @@ class Recording(core.Recording):
             dt=dt,
             condition={str(k): _number(test.name, f"the condition '{k}'", v) for k, v in test.condition.items()},
         )
-        found = build(table, Origin(test.name, "", test.reader, Rules(believed=test.reader == "arrays")))
+        found = build(table, LogOrigin(test.name, "", test.reader, Rules(believed=test.reader == "arrays")))
         if len(found) > 1:
             raise DataError(
                 f"{test.name}: its samples have gaps and make {len(found)} stretches; fill the gaps, or make a "

@@ -11,7 +11,7 @@ from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 from mrfit.ingest.dispatch import expand
 from mrfit.ingest.hashes import hash_of
-from mrfit.ingest.reading import Item
+from mrfit.ingest.reading import LogItem
 from mrfit.ingest.stage import plan_files
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.schemas.batch import LogRow
@@ -83,7 +83,7 @@ def plan(folder: Path, like: str, work: Path, asked: Asked, workspaces: bool, pr
     return Plan(sorted(jobs, key=lambda j: j.name), [failed(str(r.path), "", r) for r in refusals])
 
 
-def _job(item: Item, key: str, work: Path | None, asked: Asked) -> Job:
+def _job(item: LogItem, key: str, work: Path | None, asked: Asked) -> Job:
     name, where = item.source, item.rules.where
     workspace = _from_here(work / inside(name)) if work else None
     return Job(name, key, tuple(f for f, _ in item.files), Path(where) if where else None, workspace, asked)

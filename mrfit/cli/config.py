@@ -26,7 +26,7 @@ import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
 import mrfit.settings.sheet
-from mrfit.core.setting import UNSET, Defined, Setting, defined, flag_of, key_of
+from mrfit.core.setting import UNSET, Setting, SettingField, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
 
@@ -49,12 +49,12 @@ def made_of(kind: type[Made], table: BaseModel, **decided: object) -> Made:
     return kind(**{f.name: _loaded(f, getattr(table, key_of(f))) for f in fields}, **decided)
 
 
-def _written(kind: type[Any]) -> list[Defined]:
+def _written(kind: type[Any]) -> list[SettingField]:
     """Return the fields of settings that a pipeline file may have."""
     return [f for f in defined(kind) if f.setting and f.setting.in_file and f.setting.changes_result]
 
 
-def _key(field: Defined) -> tuple[Any, Any]:
+def _key(field: SettingField) -> tuple[Any, Any]:
     setting = field.setting or Setting("")
     limits = {"ge": setting.low, "le": setting.high, "gt": setting.above}
     given: dict[str, Any] = {name: limit for name, limit in limits.items() if limit is not None}
@@ -63,7 +63,7 @@ def _key(field: Defined) -> tuple[Any, Any]:
     return kind, Field(... if field.default is UNSET else None, validation_alias=AliasChoices(*names), **given)
 
 
-def _loaded(field: Defined, value: object) -> object:
+def _loaded(field: SettingField, value: object) -> object:
     form = field.setting.form if field.setting else None
     return form.load(value) if form else value
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, g
 import typer
 
 from mrfit.cli import console, logbook, names
-from mrfit.core.setting import UNSET, Defined, Setting, defined, defined_as, flag_of
+from mrfit.core.setting import UNSET, Setting, SettingField, defined, defined_as, flag_of
 from mrfit.errors import ConfigError
 from mrfit.settings.shared import CORES as CORES
 
@@ -188,7 +188,7 @@ class _Parameters:
         return [*self.own, *self.late, *self.common]
 
 
-def _fields(name: str, hint: Any, written: object) -> list[Defined]:
+def _fields(name: str, hint: Any, written: object) -> list[SettingField]:
     """Return the fields that a parameter of a command stands for; none where typer reads it as it is."""
     kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     if is_dataclass(kind):
@@ -208,7 +208,7 @@ def _argument(name: str, hint: Any, written: object, values: Mapping[str, Any]) 
     return kind(**found) if is_dataclass(kind) else found[name]  # type: ignore[operator]
 
 
-def value_of(field: Defined, written: Any) -> Any:
+def value_of(field: SettingField, written: Any) -> Any:
     """Return the value of a field whose option was written so.
 
     Raises
@@ -224,7 +224,7 @@ def value_of(field: Defined, written: Any) -> Any:
     return written
 
 
-def _option(field: Defined) -> inspect.Parameter:
+def _option(field: SettingField) -> inspect.Parameter:
     """Return the option of a field as a parameter that typer reads."""
     setting = field.setting or Setting("")
     flag = flag_of(field)
@@ -248,7 +248,7 @@ def _typer_option(setting: Setting, *written: str) -> Any:
     )
 
 
-def _written_as(field: Defined) -> Any:
+def _written_as(field: SettingField) -> Any:
     """Return the type of an option: text for words, the field's own elsewhere."""
     if field.setting and field.setting.form:
         return field.setting.form.option
@@ -258,7 +258,7 @@ def _written_as(field: Defined) -> Any:
     return Union[(str, *rest)] if rest else str
 
 
-def _default(field: Defined) -> object:
+def _default(field: SettingField) -> object:
     setting = field.setting or Setting("")
     if setting.command_default is not UNSET:
         return setting.command_default

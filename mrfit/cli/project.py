@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from mrfit.core.setting import Defined, defined, flag_of, key_of
+from mrfit.core.setting import SettingField, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 
 FILE = Path("mrfit.toml")
@@ -111,7 +111,7 @@ def _options(name: str, table: object) -> dict[str, object]:
     return {flag_of(fields[key]): _written(fields[key], getattr(checked, key)) for key in named}
 
 
-def _written(field: Defined, value: object) -> object:
+def _written(field: SettingField, value: object) -> object:
     """Return a value of TOML as the option of its field is written: NAME=VALUE or NAME=LOW:HIGH of a table."""
     if isinstance(value, dict):
         return [f"{n}={':'.join(map(str, v)) if isinstance(v, (list, tuple)) else v}" for n, v in value.items()]

@@ -11,7 +11,7 @@ from mrfit.core.recording import Recording
 from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import OWN_FAULT, PLUGIN_FAULT, Item, Outcome, read_item
+from mrfit.ingest.reading import OWN_FAULT, PLUGIN_FAULT, LogItem, LogOutcome, read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import open_head
 
@@ -56,9 +56,9 @@ class Case:
         path.write_bytes(self.data[:size])
         return path
 
-    def read(self, path: Path) -> Outcome:
+    def read(self, path: Path) -> LogOutcome:
         """Return the result of reading a file."""
-        return read_item(Item(((path, hash_of(path)),), reader_of(open_head(path)), Rules()))
+        return read_item(LogItem(((path, hash_of(path)),), reader_of(open_head(path)), Rules()))
 
     def recordings(self, path: Path) -> tuple[Recording, ...]:
         """Return the recordings of a file that can be read."""

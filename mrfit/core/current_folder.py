@@ -47,7 +47,7 @@ def is_left_out() -> bool:
     return _is_left_out or bool(sys.flags.safe_path)
 
 
-class Hidden:
+class HiddenFileFinder:
     """Hides a file of the current folder from a library that looks for it while this thread imports it.
 
     Parameters
@@ -70,6 +70,6 @@ class Hidden:
         os.path.exists = self.there
 
 
-def without_matplotlibrc() -> Hidden:
+def without_matplotlibrc() -> HiddenFileFinder:
     """Return an import hook that hides matplotlib's settings beside logs from a command that imports it."""
-    return Hidden("matplotlibrc" if is_left_out() else "")
+    return HiddenFileFinder("matplotlibrc" if is_left_out() else "")

@@ -26,7 +26,7 @@ from mrfit.errors import ConfigError
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-    from mrfit.core.specs import Array, Derived, Param, Response
+    from mrfit.core.specs import Array, DerivedQuantity, Param, Response
 
 VARIABLE = "MRFIT_PLUGINS"
 GROUPS: dict[Kind, str] = {kind: f"mrfit.{kind}s" for kind in KINDS}
@@ -60,7 +60,7 @@ class Plugin:
 
 
 @dataclass(frozen=True)
-class _File:
+class _PluginFile:
     path: Path
     digest: str
 
@@ -84,7 +84,7 @@ class Store:
     named: list[Plugin] = field(default_factory=list)
     files: set[Path] = field(default_factory=set)
     environment: str = ""
-    loading: _File | None = None
+    loading: _PluginFile | None = None
     found: dict[Kind, dict[str, Plugin]] | None = None
 
 
@@ -200,7 +200,7 @@ def use(path: Path | str) -> None:
         raise ConfigError(f"{path}: no plug-in; give a Python file, or the TOML file of a model")
     known = {e for e in os.environ.get(VARIABLE, "").split(os.pathsep) if e}
     before = list(_store.named)
-    with _running(_File(path, hashlib.sha256(source).hexdigest())):
+    with _running(_PluginFile(path, hashlib.sha256(source).hexdigest())):
         if path.suffix == ".py":
             _run(path, source)
         else:
@@ -215,7 +215,7 @@ def use(path: Path | str) -> None:
 
 
 @contextmanager
-def _running(file: _File) -> Iterator[None]:
+def _running(file: _PluginFile) -> Iterator[None]:
     """Take items registered meanwhile for the file's, and none of them if the file fails."""
     outer, before = _store.loading, list(_store.named)
     _store.loading = file
@@ -356,7 +356,7 @@ class About(TypedDict, total=False):
     reference: str
     linear: tuple[str, ...]
     rate_independent: bool
-    derived: "tuple[Derived, ...]"
+    derived: "tuple[DerivedQuantity, ...]"
     passive: tuple[str, float, float]
     start_values: "Callable[[Array, Array, float], dict[str, float]]"
 

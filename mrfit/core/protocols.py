@@ -21,7 +21,7 @@ from mrfit.core.specs import (
     OptimizerSpec,
     Options,
     ReaderSpec,
-    Reduced,
+    ReducedModel,
     Stage,
 )
 
@@ -86,7 +86,7 @@ class HasSensitivities(Protocol):
 class HasReduced(Protocol):
     """A model in whose own parameters several vectors give one response."""
 
-    REDUCED: Reduced
+    REDUCED: ReducedModel
 
 
 @runtime_checkable

@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.core.specs import Array
 
 # Results remembered of each function, and samples of the longest array: of longer ones they would take much memory
-RESULTS, LONGEST = 128, 10_000
+RESULTS, MOST_REMEMBERED = 128, 10_000
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -25,7 +25,7 @@ def remembered(function: Callable[Concatenate[Array, P], R]) -> Callable[Concate
         return function(np.frombuffer(values), *rest, **named)
 
     def of_array(values: Array, /, *rest: P.args, **named: P.kwargs) -> R:
-        if len(values) > LONGEST:
+        if len(values) > MOST_REMEMBERED:
             return function(values, *rest, **named)
         content = np.asarray(values, dtype=np.float64).tobytes()
         return of_bytes(content, *rest, **named)  # type: ignore[arg-type]  # mypy asks for hashable values

@@ -17,7 +17,7 @@ UNSET: object = object()
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class SettingForm:
     """Spelling of a value that people write otherwise than its type says.
 
     Attributes
@@ -89,7 +89,7 @@ class Setting:
     low: float | None = None
     high: float | None = None
     above: float | None = None
-    form: Form | None = None
+    form: SettingForm | None = None
     show_default: bool = True
     command_default: object = UNSET
     in_file: bool = True
@@ -99,7 +99,7 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
-class Defined:
+class SettingField:
     """A field of a settings class.
 
     Attributes
@@ -141,16 +141,16 @@ class Defined:
         return NoneType in self.alternatives
 
 
-def defined(kind: type[Any]) -> tuple[Defined, ...]:
+def defined(kind: type[Any]) -> tuple[SettingField, ...]:
     """Return the fields of a settings class in their order."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple(defined_as(f.name, hints[f.name], UNSET if f.default is MISSING else f.default) for f in fields(kind))
 
 
-def defined_as(name: str, hint: object, default: object = UNSET) -> Defined:
+def defined_as(name: str, hint: object, default: object = UNSET) -> SettingField:
     """Return the properties of a field or an argument from its annotation."""
     kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-    return Defined(name, kind, default, next((s for s in said if isinstance(s, Setting)), None))
+    return SettingField(name, kind, default, next((s for s in said if isinstance(s, Setting)), None))
 
 
 def explained(kind: type[Any]) -> dict[str, str]:
@@ -163,11 +163,11 @@ def explained(kind: type[Any]) -> dict[str, str]:
     return found
 
 
-def flag_of(field: Defined) -> str:
+def flag_of(field: SettingField) -> str:
     """Return the name of a field on the command line, with underscores."""
     return (field.setting.flag if field.setting else "") or field.name
 
 
-def key_of(field: Defined) -> str:
+def key_of(field: SettingField) -> str:
     """Return the name of a field in a pipeline file."""
     return (field.setting.key if field.setting else "") or flag_of(field)

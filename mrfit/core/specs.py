@@ -66,7 +66,7 @@ class Param:
 
 
 @dataclass(frozen=True, slots=True)
-class Derived:
+class DerivedQuantity:
     """A quantity computed from the parameters that the data may determine where single parameters they do not."""
 
     name: str
@@ -121,7 +121,7 @@ class ModelSpec:
     params: tuple[Param, ...]
     linear: tuple[str, ...] = ()
     rate_independent: bool = False
-    derived: tuple[Derived, ...] = ()
+    derived: tuple[DerivedQuantity, ...] = ()
     passive: tuple[str, float, float] | None = None
     caution: str = ""
     free_offset: bool = False
@@ -184,7 +184,7 @@ less than as many simulations has it beside its ``response``.
 
 
 @dataclass(frozen=True, slots=True)
-class Reduced:
+class ReducedModel:
     """A model in the fewest parameters that give all its responses: a search meets no direction without effect.
 
     A model in whose own parameters several vectors give one response, or in which what could enter linearly does not,

@@ -19,7 +19,7 @@ try:
 except ImportError:  # Windows removes no folder of a file that is open, and has no common temporary folder
     fcntl = None  # type: ignore[assignment]
 
-NAME = re.compile(r"mrfit-[a-z]+-[a-z0-9_]{8}")
+FOLDER_NAME = re.compile(r"mrfit-[a-z]+-[a-z0-9_]{8}")
 LOCK = ".mrfit-alive"
 # Seconds for which a folder whose file is not locked may be one that is just being made
 JUST_MADE = 60.0
@@ -80,7 +80,7 @@ def remove_left() -> None:
     if not fcntl:
         return
     with suppress(OSError), os.scandir(tempfile.gettempdir()) as entries:
-        for left in [Path(e.path) for e in entries if NAME.fullmatch(e.name)]:
+        for left in [Path(e.path) for e in entries if FOLDER_NAME.fullmatch(e.name)]:
             with suppress(OSError):
                 if _is_left(left):
                     shutil.rmtree(left, ignore_errors=True)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from mrfit.core.channels import WORK_AGAINST
-from mrfit.core.specs import Array, Derived, Param
+from mrfit.core.specs import Array, DerivedQuantity, Param
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
@@ -85,7 +85,7 @@ def _unclipped(cube: Cube, k: int, position: float) -> float:
     return float(param.low + position * (param.high - param.low))
 
 
-def _added_to(one: Param | Derived, ranges: Mapping[str, float]) -> float | None:
+def _added_to(one: Param | DerivedQuantity, ranges: Mapping[str, float]) -> float | None:
     """Return the range of what an offset adds to, None of what is none."""
     return ranges.get(one.unit) if one.role == "offset" else None
 

@@ -23,7 +23,7 @@ from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.refined import refined
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import doubtful_channels, left_out_warnings, named, read_dataset, select, usable
-from mrfit.io.columns import Loaded, laid_beside
+from mrfit.io.columns import LazyArrays, laid_beside
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key, law_code, segments_digest
 from mrfit.io.schemas.fit import Caution, Fit, FoundPoint, Level, MetricRow, PartialFit, Result, SegmentUse
@@ -135,7 +135,7 @@ def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: 
     runner = _Runner(prepared, settings, origin, progress)
     pieces = _with_borrowed(runner.fit_groups(), prepared.assembly)
     blocks = Blocks(part for p in pieces for part in p.group.full.parts)
-    simulated = Loaded([s for p in pieces for s in p.simulated.members])
+    simulated = LazyArrays([s for p in pieces for s in p.simulated.members])
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
@@ -267,7 +267,7 @@ class GroupFit:
 
     result: Result
     group: FitGroup
-    simulated: Loaded
+    simulated: LazyArrays
     metrics: list[MetricRow]
     found: FoundPoint
 
@@ -346,7 +346,7 @@ class _Runner:
             offsets.append(offset)
             if not part.kept:
                 self.progress(f"{name}  simulating", place, len(group.full))
-        simulated = Loaded(outputs)
+        simulated = LazyArrays(outputs)
         group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         rng = search.rng(f"{name} intervals")

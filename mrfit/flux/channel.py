@@ -12,7 +12,7 @@ Read = Callable[[int, int], Array]
 Taken = Callable[[Array], Array | float]
 
 
-class Channel(Protocol):
+class SampleSource(Protocol):
     """Operations that the removal of drift needs of an integral and of a current."""
 
     samples: int
@@ -29,7 +29,7 @@ class Channel(Protocol):
     def mean(self) -> float:
         """Return the mean over all samples."""
 
-    def less(self, taken: Taken) -> "Channel":
+    def less(self, taken: Taken) -> "SampleSource":
         """Return the channel less what a function gives at sample places."""
 
     @property
@@ -37,14 +37,14 @@ class Channel(Protocol):
         """The samples, in memory or as an array that is asked for slices only."""
 
 
-def channel_of(values: Array) -> Channel:
+def channel_of(values: Array) -> SampleSource:
     """Return a channel (N,), wherever its samples are."""
     if is_on_disk(values):
         return OnDisk(len(values), lambda begin, end: values[begin:end])
     return InMemory(values)
 
 
-def swing(channel: Channel, start: int, stop: int, slope: float = 0.0) -> float:
+def swing(channel: SampleSource, start: int, stop: int, slope: float = 0.0) -> float:
     """Return the peak-to-peak value of samples [start, stop) beside a line with a slope in units per sample."""
     lows, highs = [], []
     for place, values in channel.pieces(start, stop):
@@ -61,18 +61,18 @@ class InMemory:
         self.values, self.samples = values, len(values)
 
     def pieces(self, start: int, stop: int) -> Iterator[tuple[int, Array]]:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         yield start, self.values[start:stop]
 
     def between(self, positions: Array) -> Array:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         values = self.values
         whole = np.minimum(positions.astype(np.int64), len(values) - 2)
         at: Array = values[whole] + (positions - whole) * (values[whole + 1] - values[whole])
         return at
 
     def means(self, boundaries: Array) -> Array:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         values = self.values
         running = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2)])
         whole = np.minimum(boundaries.astype(np.int64), len(values) - 2)
@@ -82,16 +82,16 @@ class InMemory:
         return means
 
     def mean(self) -> float:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         return float(np.mean(self.values))
 
     def less(self, taken: Taken) -> "InMemory":
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         return InMemory(self.values - taken(np.arange(self.samples, dtype=np.float64)))
 
     @property
     def array(self) -> Array:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         return self.values
 
 
@@ -110,21 +110,21 @@ class OnDisk:
 
     @property
     def array(self) -> Array:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         return cast(Array, self)
 
     def mean(self) -> float:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         return sum(float(np.sum(values)) for _, values in self.pieces(0, self.samples)) / self.samples
 
     def less(self, taken: Taken) -> "OnDisk":
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         return OnDisk(
             self.samples, lambda begin, end: self.read(begin, end) - taken(np.arange(begin, end, dtype=np.float64))
         )
 
     def pieces(self, start: int, stop: int) -> Iterator[tuple[int, Array]]:
-        """See ``Channel``; pieces end where chunks of the file do."""
+        """See ``SampleSource``; pieces end where chunks of the file do."""
         begin = start
         while begin < stop:
             end = min((begin // CHUNK + 1) * CHUNK, stop)
@@ -132,12 +132,12 @@ class OnDisk:
             begin = end
 
     def between(self, positions: Array) -> Array:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         found = [one[0] for one in self._about(positions)]
         return np.concatenate(found) if found else np.empty(0)
 
     def means(self, boundaries: Array) -> Array:
-        """See ``Channel``."""
+        """See ``SampleSource``."""
         at = np.concatenate([one[1] for one in self._about(boundaries)])
         means: Array = np.diff(at) / np.diff(boundaries)
         return means

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.flux.channel import Channel, InMemory, OnDisk, Taken, swing
+from mrfit.flux.channel import InMemory, OnDisk, SampleSource, Taken, swing
 from mrfit.io.columns import CHUNK
 from mrfit.signal.cycles import SteadyCycles
 
@@ -14,11 +14,11 @@ from mrfit.signal.cycles import SteadyCycles
 COLLINEAR = 0.98
 # Mean currents of stretches that differ by less than this share of the largest amplitude are one bias; the flux between
 # two biases is known where what the drift may add to it is less than this share of its range.
-NEGLIGIBLE = 0.02
+NEGLIGIBLE_DRIFT = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Drift:
+class IntegralDrift:
     """Drift that was taken from an integral.
 
     Attributes
@@ -103,15 +103,15 @@ def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: flo
 
 def remove_drift(
     integral: Array, current: Array, dt: float, stretches: Sequence[SteadyCycles], method: str
-) -> tuple[Array, Drift]:
+) -> tuple[Array, IntegralDrift]:
     """Return flux linkage (N,) without drift, and what was taken away, as ``drift_removed`` does of channels."""
     flux, drift = drift_removed(InMemory(integral), InMemory(current), dt, stretches, method)
     return flux.array, drift
 
 
 def drift_removed(
-    integral: Channel, current: Channel, dt: float, stretches: Sequence[SteadyCycles], method: str
-) -> tuple[Channel, Drift]:
+    integral: SampleSource, current: SampleSource, dt: float, stretches: Sequence[SteadyCycles], method: str
+) -> tuple[SampleSource, IntegralDrift]:
     """Return flux linkage without drift, and what was taken away.
 
     ``cycle`` takes away the line through the integral's means over whole cycles, which leaves a steady periodic λ as it
@@ -162,14 +162,14 @@ def drift_removed(
     ends = [np.diff(flux.between(s.boundaries(dt))) for s in stretches]
     closure = np.concatenate(ends) if ends else np.empty(0)
     finding = "" if method == "none" else finding
-    return flux, Drift(text, slope, _first(flux) - _first(integral), closure, finding)
+    return flux, IntegralDrift(text, slope, _first(flux) - _first(integral), closure, finding)
 
 
-def _first(channel: Channel) -> float:
+def _first(channel: SampleSource) -> float:
     return float(next(channel.pieces(0, 1))[1][0])
 
 
-def _knots(integral: Channel, current: Channel, dt: float, stretch: SteadyCycles) -> tuple[Array, Array]:
+def _knots(integral: SampleSource, current: SampleSource, dt: float, stretch: SteadyCycles) -> tuple[Array, Array]:
     """Return times and heights of the drift at the centres of a stretch's cycles."""
     boundaries = stretch.boundaries(dt)
     centres = (boundaries[1:] + boundaries[:-1]) / 2 * dt
@@ -183,8 +183,8 @@ def _knots(integral: Channel, current: Channel, dt: float, stretch: SteadyCycles
 
 def _steps(
     knots: Sequence[tuple[Array, Array]],
-    integral: Channel,
-    current: Channel,
+    integral: SampleSource,
+    current: SampleSource,
     dt: float,
     stretches: Sequence[SteadyCycles],
 ) -> tuple[Array | None, str]:
@@ -195,7 +195,7 @@ def _steps(
     the other.
     """
     biases = np.array([np.median(current.means(s.boundaries(dt))) for s in stretches])
-    if len(knots) < 2 or np.ptp(biases) <= NEGLIGIBLE * max(s.fit.amplitude for s in stretches):
+    if len(knots) < 2 or np.ptp(biases) <= NEGLIGIBLE_DRIFT * max(s.fit.amplitude for s in stretches):
         return None, ""
     steps, variance = [0.0], 0.0
     for before, after in zip(knots[:-1], knots[1:], strict=True):
@@ -205,7 +205,7 @@ def _steps(
         turning = (_slope(*after) - _slope(*before)) * gap / np.sqrt(12)
         variance += error_left**2 + error_right**2 + turning**2
     most = max(swing(integral, s.start, s.stop, _slope(*k) * dt) for s, k in zip(stretches, knots, strict=True))
-    if np.sqrt(variance) <= NEGLIGIBLE * most:
+    if np.sqrt(variance) <= NEGLIGIBLE_DRIFT * most:
         return np.array(steps) - steps[int(np.argmin(np.abs(biases)))], ""
     return None, (
         f"the mean of the current changes between periodic stretches, from {np.min(biases):.3g} to {np.max(biases):.3g}"
@@ -240,7 +240,7 @@ def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]]) -> Array:
     return line
 
 
-def _beside_current(integral: Channel, current: Channel, dt: float) -> tuple[float, str]:
+def _beside_current(integral: SampleSource, current: SampleSource, dt: float) -> tuple[float, str]:
     """Return the slope in time that is left beside a cubic in the current."""
     span = swing(current, 0, current.samples)
     if span <= 0.0 or abs(_correlation_with_time(current, dt)) > COLLINEAR:
@@ -261,7 +261,7 @@ def _beside_current(integral: Channel, current: Channel, dt: float) -> tuple[flo
     return slope, "straight line, fitted beside a cubic in the current"
 
 
-def _correlation_with_time(current: Channel, dt: float) -> float:
+def _correlation_with_time(current: SampleSource, dt: float) -> float:
     """Return the correlation of a current with time."""
     mean, middle = current.mean(), (current.samples - 1) / 2.0 * dt
     sums = np.zeros(3)

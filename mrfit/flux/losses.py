@@ -11,13 +11,13 @@ from mrfit.signal.cycles import SteadyCycles
 from mrfit.signal.harmonics import series_at
 
 # Loops whose amplitudes differ by less belong to one group; frequencies closer than this count as one.
-SAME_AMPLITUDE = 0.1
-SAME_FREQUENCY = 0.05
+SAME_LOOP_AMPLITUDE = 0.1
+SAME_LOOP_FREQUENCY = 0.05
 NEEDED_FREQUENCIES = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class LoopEnergy:
     """Energies of one steady loop.
 
     Attributes
@@ -75,7 +75,7 @@ class Separation:
     resistance_error_error: float
 
 
-def loop_of(voltage: Array, current: Array, dt: float, stretch: SteadyCycles, recording: str) -> Loop:
+def loop_of(voltage: Array, current: Array, dt: float, stretch: SteadyCycles, recording: str) -> LoopEnergy:
     """Return the energies of a stretch's mean cycle.
 
     They come from the Fourier series of u and i, since noise in a sampled current would add its own power to ∮ i² dt.
@@ -106,30 +106,30 @@ def loop_of(voltage: Array, current: Array, dt: float, stretch: SteadyCycles, re
     volts[:count] = voltage_fit.coefficients[:count]
     rest_rms = float(np.sqrt(np.sum(np.abs(volts[1:] - 2 * resistance * amps[1:]) ** 2) / 2))
     error = float(weight * np.hypot(amps_rms * voltage_fit.residual, rest_rms * current_fit.residual))
-    return Loop(recording, frequency, current_fit.amplitude, stretch.cycles, supplied, squared, error)
+    return LoopEnergy(recording, frequency, current_fit.amplitude, stretch.cycles, supplied, squared, error)
 
 
-def groups(loops: Sequence[Loop]) -> list[list[Loop]]:
+def groups(loops: Sequence[LoopEnergy]) -> list[list[LoopEnergy]]:
     """Return loops grouped by amplitude, groups with enough frequencies only."""
-    grouped: list[list[Loop]] = []
+    grouped: list[list[LoopEnergy]] = []
     for loop in sorted(loops, key=lambda p: (p.amplitude, p.frequency, p.recording)):
-        if grouped and loop.amplitude <= grouped[-1][0].amplitude * (1 + SAME_AMPLITUDE):
+        if grouped and loop.amplitude <= grouped[-1][0].amplitude * (1 + SAME_LOOP_AMPLITUDE):
             grouped[-1].append(loop)
         else:
             grouped.append([loop])
     return [g for g in grouped if len(distinct_frequencies(g)) >= NEEDED_FREQUENCIES]
 
 
-def distinct_frequencies(loops: Sequence[Loop]) -> tuple[float, ...]:
+def distinct_frequencies(loops: Sequence[LoopEnergy]) -> tuple[float, ...]:
     """Return the different frequencies of loops, rising."""
     distinct: list[float] = []
     for frequency in sorted(loop.frequency for loop in loops):
-        if not distinct or frequency > distinct[-1] * (1 + SAME_FREQUENCY):
+        if not distinct or frequency > distinct[-1] * (1 + SAME_LOOP_FREQUENCY):
             distinct.append(frequency)
     return tuple(distinct)
 
 
-def estimate_resistance(loops: Sequence[Loop]) -> tuple[float, float] | None:
+def estimate_resistance(loops: Sequence[LoopEnergy]) -> tuple[float, float] | None:
     """Return coil resistance and its standard error in Ω from how energy per cycle varies with frequency.
 
     W = R·∮ i² dt + a²·(static + eddy·f) over all amplitude groups with at least three frequencies, one R and two loss
@@ -152,7 +152,7 @@ def estimate_resistance(loops: Sequence[Loop]) -> tuple[float, float] | None:
     return float(solution[0]), float(np.sqrt(covariance[0, 0]))
 
 
-def _error(loop: Loop, resistance: float, amplitude: float) -> float:
+def _error(loop: LoopEnergy, resistance: float, amplitude: float) -> float:
     """Return a loop's standard error in J once its area is scaled to its group's amplitude.
 
     Losses grow as a power of the amplitude that is 2 within about 1, so the scaling is that uncertain.
@@ -160,7 +160,7 @@ def _error(loop: Loop, resistance: float, amplitude: float) -> float:
     return float(np.hypot(loop.error, loop.area(resistance) * np.log(loop.amplitude / amplitude)))
 
 
-def separate(loops: Sequence[Loop], resistances: dict[str, float]) -> list[Separation]:
+def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list[Separation]:
     """Return the separation of loop area for every amplitude with at least three frequencies.
 
     Parameters

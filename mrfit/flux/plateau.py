@@ -8,7 +8,7 @@ from mrfit.core.specs import Array
 from mrfit.io.columns import is_on_disk, span
 from mrfit.signal.noise import noise_level
 
-BLOCKS = 100
+PLATEAU_BLOCKS = 100
 FEWEST_BLOCKS = 4
 # Levels must span this share of the largest current for an offset of the probes to be told from resistance.
 LEVEL_SPAN = 0.2
@@ -16,7 +16,7 @@ LEVEL_SPAN = 0.2
 
 def steady_blocks(voltage: Array, current: Array) -> Array:
     """Return block means (B, 2) of current and voltage where both stand still within their noise."""
-    size = max(10, len(current) // BLOCKS)
+    size = max(10, len(current) // PLATEAU_BLOCKS)
     count = len(current) // size
     if count < FEWEST_BLOCKS:
         return np.empty((0, 2))

@@ -18,9 +18,9 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import FLUX_RESISTANCE, Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
-from mrfit.flux.channel import Channel, InMemory, channel_of
-from mrfit.flux.integral import Drift, drift_removed, integral_on_disk, integrate
-from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
+from mrfit.flux.channel import InMemory, SampleSource, channel_of
+from mrfit.flux.integral import IntegralDrift, drift_removed, integral_on_disk, integrate
+from mrfit.flux.losses import LoopEnergy, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.io.columns import extent, is_on_disk, part_of
 from mrfit.io.keys import code_version, file_digest, flux_key
@@ -181,7 +181,7 @@ def _positive(value: object, where: str) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class _Analysed:
+class _CoilAnalysis:
     """Properties of a recording that need no resistance: its treatment, its steady cycles and loops."""
 
     identifier: str
@@ -189,19 +189,19 @@ class _Analysed:
     action: str
     own_resistance: float | None
     stretches: tuple[SteadyCycles, ...]
-    loops: tuple[Loop, ...]
+    loops: tuple[LoopEnergy, ...]
     blocks: Array
     peak: float
 
 
-def _analyse(recording: Recording, settings: Settings) -> _Analysed:
+def _analyse(recording: Recording, settings: Settings) -> _CoilAnalysis:
     channels = recording.channels
     nothing = (recording.id, recording.source)
     empty = np.empty((0, 2))
     if "flux" in channels:
-        return _Analysed(*nothing, "measured flux kept", None, (), (), empty, 0.0)
+        return _CoilAnalysis(*nothing, "measured flux kept", None, (), (), empty, 0.0)
     if not {"voltage", "current"} <= set(channels):
-        return _Analysed(*nothing, "passed through", None, (), (), empty, 0.0)
+        return _CoilAnalysis(*nothing, "passed through", None, (), (), empty, 0.0)
     own = recording.condition.get("resistance")
     if own is not None and settings.resistance is None:
         own = _positive(own, recording.source)
@@ -210,7 +210,7 @@ def _analyse(recording: Recording, settings: Settings) -> _Analysed:
     loops = tuple(loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
     blocks = steady_blocks(voltage, current) if not stretches else empty
     peak = max(map(abs, extent(current))) if not stretches else 0.0
-    return _Analysed(*nothing, INTEGRATED, own, stretches, loops, blocks, peak)
+    return _CoilAnalysis(*nothing, INTEGRATED, own, stretches, loops, blocks, peak)
 
 
 def _stretches(recording: Recording) -> list[SteadyCycles]:
@@ -227,7 +227,7 @@ def _stretches(recording: Recording) -> list[SteadyCycles]:
     return found
 
 
-def _resistances(analysed: list[_Analysed], settings: Settings) -> dict[str, _Resistance]:
+def _resistances(analysed: list[_CoilAnalysis], settings: Settings) -> dict[str, _Resistance]:
     """Return the resistance of every recording that is integrated: as set, its own, the fallback or estimated."""
     wanted = [a for a in analysed if a.action == INTEGRATED]
     given, fallback = settings.resistance, settings.fallback
@@ -245,7 +245,7 @@ def _resistances(analysed: list[_Analysed], settings: Settings) -> dict[str, _Re
     return {a.identifier: found[a.identifier] if a.identifier in found else rest for a in wanted}
 
 
-def _estimated(wanted: list[_Analysed]) -> _Resistance:
+def _estimated(wanted: list[_CoilAnalysis]) -> _Resistance:
     by_frequency = estimate_resistance([loop for a in wanted for loop in a.loops])
     if by_frequency is not None and by_frequency[0] > 0.0:
         value, error = by_frequency
@@ -300,7 +300,7 @@ def _move(workspace: Workspace, folder: Path, target: Path) -> None:
 
 
 def _write(
-    workspace: Workspace, staging: str, found: _Analysed, resistance: _Resistance | None, settings: Settings
+    workspace: Workspace, staging: str, found: _CoilAnalysis, resistance: _Resistance | None, settings: Settings
 ) -> FluxRow:
     if resistance is None:
         return FluxRow(id=found.identifier, action=found.action)
@@ -311,8 +311,8 @@ def _write(
 
 
 def _integrated(
-    recording: Recording, found: _Analysed, resistance: _Resistance, settings: Settings
-) -> tuple[Recording, Drift]:
+    recording: Recording, found: _CoilAnalysis, resistance: _Resistance, settings: Settings
+) -> tuple[Recording, IntegralDrift]:
     """Return a recording with its flux linkage, and the drift that was removed from it."""
     voltage, current = recording.channels["voltage"], recording.channels["current"]
     integral = _integral(voltage, current, resistance.value, recording.dt, settings.rule)
@@ -327,14 +327,14 @@ def _integrated(
     return changed, drift
 
 
-def _integral(voltage: Array, current: Array, resistance: float, dt: float, rule: str) -> Channel:
+def _integral(voltage: Array, current: Array, resistance: float, dt: float, rule: str) -> SampleSource:
     """Return ∫(u − R·i)dt, wherever voltage and current are."""
     if is_on_disk(voltage):
         return integral_on_disk(lambda a, b: voltage[a:b] - resistance * current[a:b], len(voltage), dt, rule)
     return InMemory(integrate(voltage - resistance * current, dt, rule))
 
 
-def _history(resistance: _Resistance, drift: Drift, settings: Settings) -> str:
+def _history(resistance: _Resistance, drift: IntegralDrift, settings: Settings) -> str:
     error = f" ± {resistance.error:.2g}" if resistance.error else ""
     closure = f", closure {_rms(drift.closure):.3g} Wb rms per cycle" if len(drift.closure) else ""
     return (
@@ -347,7 +347,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
 
 
-def _row(found: _Analysed, resistance: _Resistance, drift: Drift) -> FluxRow:
+def _row(found: _CoilAnalysis, resistance: _Resistance, drift: IntegralDrift) -> FluxRow:
     longest = max(found.loops, key=lambda p: p.cycles, default=None)
     closure = drift.closure
     return FluxRow(
@@ -383,7 +383,7 @@ def _summary(
     settings: Settings,
     key: str,
     rows: list[FluxRow],
-    analysed: list[_Analysed],
+    analysed: list[_CoilAnalysis],
     resistances: dict[str, _Resistance],
 ) -> FluxFile:
     values = {i: r.value for i, r in resistances.items()}

@@ -14,8 +14,8 @@ from mrfit.errors import DataError
 from mrfit.ingest import series
 from mrfit.ingest.hashes import Watch
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Block, Column, Lost, Source, Table
-from mrfit.ingest.text.body import ROW, TAIL
+from mrfit.ingest.table import Block, Column, RejectedRows, Source, Table
+from mrfit.ingest.text.body import NUMBER_ROW, TAIL
 from mrfit.ingest.text.head import Head, plain_feeds
 from mrfit.ingest.text.textlog import check_rows
 
@@ -59,7 +59,7 @@ def _cut(text: bytes, size: int) -> int:
     wide = len(text) > max(4 * size, MIB)
     while feed > 0:
         above = text.rfind(b"\n", 0, feed) + 1
-        if wide or (ROW.match(text, feed + 1) and ROW.match(text, above, feed)):
+        if wide or (NUMBER_ROW.match(text, feed + 1) and NUMBER_ROW.match(text, above, feed)):
             return feed + 1
         feed = above - 1
     return 0
@@ -85,7 +85,7 @@ class _Normaliser:
         return plain_feeds(kept)
 
 
-class Gathered:
+class BlockTables:
     """The tables of a log, put together from those of its blocks; their numbers lie in files in a folder.
 
     Parameters
@@ -98,11 +98,11 @@ class Gathered:
         self.folder = folder
         self.tables: list[Table] = []
         self.rows: list[int] = []
-        self.refused: list[Lost] = []
+        self.refused: list[RejectedRows] = []
         self.stack = ExitStack()
         self.files: dict[Path, IO[bytes]] = {}
 
-    def __enter__(self) -> "Gathered":
+    def __enter__(self) -> "BlockTables":
         self.folder.mkdir(parents=True, exist_ok=True)
         return self
 
@@ -121,7 +121,7 @@ class Gathered:
         """
         if not self.tables:
             self.tables, self.rows = tables, [0] * len(tables)
-            self.refused = [Lost() for _ in tables]
+            self.refused = [RejectedRows() for _ in tables]
         elif [_shape(t) for t in tables] != [_shape(t) for t in self.tables]:
             where = f" (line {source.block.line})" if source.block else ""
             remedy = "cut the log there and read the parts one by one"

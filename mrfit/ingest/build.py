@@ -22,10 +22,10 @@ from mrfit.ingest.meaning.lever import levered
 from mrfit.ingest.meaning.marks import without_marks
 from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
-from mrfit.ingest.meaning.statistics import KIND as STATISTICS
+from mrfit.ingest.meaning.statistics import STATISTICS_ROW as STATISTICS
 from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Lines, Lost, Refused, Table
+from mrfit.ingest.table import Column, Lines, RejectedRow, RejectedRows, Table
 from mrfit.ingest.time.clocks import on_one_clock
 from mrfit.ingest.time.counter import counter_of, is_counter, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
@@ -38,13 +38,13 @@ OVERFLOW = 1e30
 LONGEST_INTERVAL = 600.0
 """Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
 
-REPEATED = "repeated header"
-NO_SAMPLE = (REPEATED, "empty row", "repeated time", STATISTICS)
+REPEATED_HEADER = "repeated header"
+NO_SAMPLE = (REPEATED_HEADER, "empty row", "repeated time", STATISTICS)
 """Refused rows that stood for no sample."""
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class LogOrigin:
     """Origin of a table, as its recordings state it."""
 
     path: str
@@ -54,7 +54,7 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Times:
+class RowTimes:
     """Times of all rows in s, the interval stated by map or header, the unit of the last digit, what was assumed."""
 
     values: Array
@@ -64,14 +64,14 @@ class Times:
 
 
 @dataclass(slots=True)
-class Rows:
+class NamedRows:
     """Named signals and times of the rows still kept, where runs begin, and the rows refused so far."""
 
     signals: list[Signal]
     time: Array
     lines: Lines
     begins: tuple[int, ...]
-    refused: Lost
+    refused: RejectedRows
     findings: list[Finding] = field(default_factory=list)
 
     @property
@@ -94,7 +94,7 @@ class Rows:
         self.time, self.lines = series.without(self.time, rows), series.without(self.lines, rows)
 
 
-def build(table: Table, origin: Origin) -> list[Recording]:
+def build(table: Table, origin: LogOrigin) -> list[Recording]:
     """Return the recordings of a table, one for each stretch without a gap; their ids are still empty.
 
     Raises
@@ -115,14 +115,14 @@ def build(table: Table, origin: Origin) -> list[Recording]:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
     signals = levered(signals, origin.rules, origin.path)
     times = _times(table, origin)
-    rows = Rows(signals, times.values, table.lines, table.breaks, Lost(table.refused))
+    rows = NamedRows(signals, times.values, table.lines, table.breaks, RejectedRows(table.refused))
     _refuse_missing(rows, origin)
     base = _base(rows, times, table, origin)
     findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
 
 
-def _named(table: Table, origin: Origin) -> tuple[list[Signal], list[Finding]]:
+def _named(table: Table, origin: LogOrigin) -> tuple[list[Signal], list[Finding]]:
     """Return the signals of all columns but those that number the rows, and what is said of them."""
     mapped = {r.column for r in origin.rules.channels.values() if isinstance(r.column, (str, int))}
     counts = [c for c in table.columns if {c.name, c.index}.isdisjoint(mapped) and numbers_rows(c)]
@@ -138,8 +138,8 @@ def _split_at_headers(table: Table) -> Table:
     """Return a table without a clock with a break at each repeated header: how long it lasted nothing says."""
     if table.time is not None or any(map(is_counter, table.columns)):
         return table
-    lost = Lost(table.refused)
-    headers = {r.line for r in lost if r.kind == REPEATED}
+    lost = RejectedRows(table.refused)
+    headers = {r.line for r in lost if r.kind == REPEATED_HEADER}
     if not headers:
         return table
     lines = np.sort(lost.lines)  # what stands directly above or below it belongs to it
@@ -149,12 +149,12 @@ def _split_at_headers(table: Table) -> Table:
     begins = [g[0] for g in groups]
     shown = ", ".join(map(str, begins[:3])) + (f" and {len(begins) - 3} more" if len(begins) > 3 else "")
     text = f"the header stands again in line {shown}: a new run begins there"
-    kept = [Refused(REPEATED if r.line in headers else r.kind, r.line) for r in lost]
+    kept = [RejectedRow(REPEATED_HEADER if r.line in headers else r.kind, r.line) for r in lost]
     found = (*table.findings, Finding("repeated-header", "", None, text))
     return replace(table, refused=kept, breaks=(*table.breaks, *begins), findings=found)
 
 
-def _check_first_row(table: Table, origin: Origin) -> None:
+def _check_first_row(table: Table, origin: LogOrigin) -> None:
     """Refuse a log whose first row is off the clock and holds powers of ten only: it may be a row of scale factors."""
     if table.time is None or table.rows < 4 or not table.columns or origin.rules.channels:
         return
@@ -176,19 +176,19 @@ def _factored(table: Table, rules: Rules) -> Table:
     return replace(table, columns=tuple(columns), time=time, findings=(*table.findings, *said, *of_time))
 
 
-def _times(table: Table, origin: Origin) -> Times:
+def _times(table: Table, origin: LogOrigin) -> RowTimes:
     stated = origin.rules.dt or table.dt
     if table.time is not None:
         values, scale, assumed = in_seconds(table.time, origin.rules, origin.path)
-        return Times(values, stated, _last_digit(table.time, scale), tuple(assumed))
+        return RowTimes(values, stated, _last_digit(table.time, scale), tuple(assumed))
     if stated is None:
         unclear = "".join(f"; {f.text}" for f in table.findings if f.kind == "rate-unclear")
         raise rate_missing(origin.path, [c.name or str(c.index) for c in table.columns], unclear)
     number, said = _numbers(table, origin)
-    return Times(series.mapped(lambda n: table.start + n * stated, number), stated, None, said)
+    return RowTimes(series.mapped(lambda n: table.start + n * stated, number), stated, None, said)
 
 
-def _numbers(table: Table, origin: Origin) -> tuple[series.Values, tuple[Finding, ...]]:
+def _numbers(table: Table, origin: LogOrigin) -> tuple[series.Values, tuple[Finding, ...]]:
     """Return the sample number of every row where a rate is stated: as a column counts them, else as the rows do."""
     try:
         found = counter_of(table.columns)
@@ -196,7 +196,7 @@ def _numbers(table: Table, origin: Origin) -> tuple[series.Values, tuple[Finding
         remedy = "write time = COLUMN in a channel map, or ignore = [COLUMN] if it counts something else"
         raise Refusal(origin.path, f"{fault} (line {table.lines[fault.row]})", remedy) from None
     if found is None:
-        return _counted(table.lines, Lost(table.refused).without(NO_SAMPLE)), ()
+        return _counted(table.lines, RejectedRows(table.refused).without(NO_SAMPLE)), ()
     numbers, usual = found
     if usual != 1.0 and not origin.rules.dt:
         what = (
@@ -211,19 +211,19 @@ def _last_digit(time: Column, scale: float) -> float | None:
     """Return the unit of the last digit of most times, in s, where the text shows it."""
     if time.digits is None:
         return None
-    some = np.abs(series.thinned(time.values, max(1, len(time.values) // series.CHUNK)))
+    some = np.abs(series.thinned(time.values, max(1, len(time.values) // series.SERIES_CHUNK)))
     some = some[np.isfinite(some)]
     return time.digits.step(float(np.median(some))) * scale if len(some) else None
 
 
-def _counted(lines: Lines, refused: Lost) -> Array:
+def _counted(lines: Lines, refused: RejectedRows) -> Array:
     """Return the numbers of rows at these lines, those counted that were refused in between."""
     lost, place = np.sort(refused.lines), series.ordinals(len(lines))
     own = place[:] if series.in_memory(lines) else place
     return series.mapped(lambda place, lines: place + np.searchsorted(lost, lines), own, lines)
 
 
-def _refuse_missing(rows: Rows, origin: Origin) -> None:
+def _refuse_missing(rows: NamedRows, origin: LogOrigin) -> None:
     _leave_out_loose(rows)
     for signal in rows.signals:
         if all_missing(signal):
@@ -251,7 +251,7 @@ def _sound(values: Array) -> series.Values:
     return np.asarray(np.abs(values) < OVERFLOW)  # false for nan and inf too
 
 
-def _leave_out_loose(rows: Rows) -> None:
+def _leave_out_loose(rows: NamedRows) -> None:
     """Leave out columns without unit or known name that are not finite throughout: they must not cost good rows."""
     odd = [(s, series.count(lambda v: ~_sound(v), s.values)) for s in rows.signals if not s.unit]
     loose = [(s, number) for s, number in odd if number]
@@ -263,17 +263,17 @@ def _leave_out_loose(rows: Rows) -> None:
         rows.findings.append(Finding("not-read", signal.name, None, text))
 
 
-def _summary(refused: Lost) -> str:
+def _summary(refused: RejectedRows) -> str:
     return ", ".join(f"{number} × {kind} (first in line {line})" for kind, number, line in refused.first_of_kinds())
 
 
-def _refused_findings(rows: Rows) -> list[Finding]:
+def _refused_findings(rows: NamedRows) -> list[Finding]:
     if not rows.refused:
         return []
     return [Finding("refused-rows", "", None, f"rows left out: {_summary(rows.refused)}")]
 
 
-def _base(rows: Rows, times: Times, table: Table, origin: Origin) -> TimeBase:
+def _base(rows: NamedRows, times: RowTimes, table: Table, origin: LogOrigin) -> TimeBase:
     try:
         again = repeated(rows.time, rows.breaks)
         if len(again) and coarse(rows.time, times.printed):
@@ -302,7 +302,9 @@ def _base(rows: Rows, times: Times, table: Table, origin: Origin) -> TimeBase:
     return base
 
 
-def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, origin: Origin) -> list[Recording]:
+def _recordings(
+    rows: NamedRows, base: TimeBase, said: list[Finding], table: Table, origin: LogOrigin
+) -> list[Recording]:
     made = []
     edges = [0, *(int(rows.lines[p.rows.start]) for p in base.pieces[1:]), np.iinfo(np.int64).max]
     for number, piece in enumerate(base.pieces):
@@ -328,7 +330,7 @@ def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, o
     return made
 
 
-def _judged(record: Recording, number: int, runs: int, table: Table, origin: Origin) -> Recording:
+def _judged(record: Recording, number: int, runs: int, table: Table, origin: LogOrigin) -> Recording:
     """Add conditions and sanity findings to a recording."""
     short = shortened(record)
     condition, odd = conditions_of(short, number, runs, table.condition, origin.rules)

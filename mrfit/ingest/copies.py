@@ -7,7 +7,7 @@ from pathlib import Path
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.meaning.conditions import from_name
-from mrfit.ingest.reading import Item
+from mrfit.ingest.reading import LogItem
 from mrfit.io.schemas.stages import Copy
 
 
@@ -20,7 +20,7 @@ class _Log:
     rules: Rules | None = None
 
 
-def part_copies(plan: Sequence[tuple[Item, str]], before: Earlier) -> tuple[list[Copy], list[tuple[Item, str]]]:
+def part_copies(plan: Sequence[tuple[LogItem, str]], before: Earlier) -> tuple[list[Copy], list[tuple[LogItem, str]]]:
     """Return the logs that hold the bytes of another one, of this call or in the workspace, and the items to read.
 
     Of a copy are said ``source``, ``of``, and whether it is ``read`` all the same, because its name states another

@@ -15,9 +15,9 @@ from mrfit.ingest import series
 from mrfit.ingest.refusal import Refusal
 
 # Up to this share of the new Nyquist frequency everything is kept, beyond the whole of it nothing
-KEPT = 0.8
+KEPT_BAND = 0.8
 # Least attenuation of what is left out, and most ripple of what is kept, in dB
-ATTENUATION = 80.0
+DECIMATION_ATTENUATION = 80.0
 
 
 def decimated(record: Recording, factor: int) -> Recording:
@@ -41,7 +41,7 @@ def decimated(record: Recording, factor: int) -> Recording:
             f"give a smaller decimate in its channel map, of which {reach + 1} samples are needed at {factor}",
         )
     channels = {name: _thinned(values, factor) for name, values in record.channels.items()}
-    rate, kept = 1.0 / (record.dt * factor), KEPT / (2.0 * record.dt * factor)
+    rate, kept = 1.0 / (record.dt * factor), KEPT_BAND / (2.0 * record.dt * factor)
     line = f"decimated by {factor} to {rate:.6g} Hz, low-passed above {kept:.6g} Hz"
     return replace(record, dt=record.dt * factor, channels=channels, history=(*record.history, line))
 
@@ -51,10 +51,10 @@ def filter_of(factor: int) -> Array:
     """Return the low-pass, shape (2L + 1,), for every ``factor``-th sample."""
     from scipy.signal import firwin, kaiserord
 
-    taps, beta = kaiserord(ATTENUATION, (1.0 - KEPT) / factor)
+    taps, beta = kaiserord(DECIMATION_ATTENUATION, (1.0 - KEPT_BAND) / factor)
     # as many taps to either side as make the filter whole at a sample that is kept
     side = factor * -(-taps // (2 * factor))
-    weights: Array = firwin(2 * side + 1, (1.0 + KEPT) / (2.0 * factor), window=("kaiser", beta))
+    weights: Array = firwin(2 * side + 1, (1.0 + KEPT_BAND) / (2.0 * factor), window=("kaiser", beta))
     return weights
 
 
@@ -69,7 +69,7 @@ def _thinned(values: Array, factor: int) -> Array:
 
 def _under(values: Array, weights: Array, factor: int) -> Array:
     length = -(-len(values) // factor)
-    step = max(1, series.CHUNK // factor)
+    step = max(1, series.SERIES_CHUNK // factor)
 
     def read(begin: int, end: int) -> Array:
         parts = [_part(values, weights, factor, (a, min(a + step, end))) for a in range(begin, end, step)]

@@ -79,7 +79,7 @@ def part_of(head: Head, reader: str) -> str | None:
     return module.part(head) if isinstance(module, JoinsParts) else None
 
 
-SKIPPED = frozenset(
+SKIPPED_ENDINGS = frozenset(
     ".toml .md .rst .html .htm .pdf .png .jpg .jpeg .gif .bmp .svg .tex .bib .py .ipynb .m .r .jl .c .h .cpp .json "
     ".yml .yaml .ini .cfg .log~ .lock .doc .docx .ppt .pptx .gitignore".split()
 )
@@ -96,7 +96,7 @@ NUMBERS_IN_JSON = re.compile(
 def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
     """Return every file meant by ``paths`` with the folder up to which a channel map is looked for.
 
-    Folders stand for all files in them, sorted by name, but for hidden ones, those of ``SKIPPED`` and of workspaces.
+    Folders stand for all files in them, sorted by name, but for hidden ones, ``SKIPPED_ENDINGS`` and workspaces.
     A JSON file is among them where it holds rows of numbers.
 
     Raises
@@ -136,7 +136,7 @@ def _is_file(path: Path) -> bool:
 def _is_log(path: Path, root: Path) -> bool:
     hidden = any(p.startswith(".") for p in path.relative_to(root).parts)
     if hidden or path.suffix.lower() != ".json":
-        return not hidden and path.suffix.lower() not in SKIPPED
+        return not hidden and path.suffix.lower() not in SKIPPED_ENDINGS
     try:
         with path.open("rb") as file:
             return bool(NUMBERS_IN_JSON.search(file.read(HEAD_BYTES)))

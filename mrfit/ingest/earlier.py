@@ -13,7 +13,7 @@ from mrfit.io.schemas.stages import IngestFile
 from mrfit.io.workspace import Workspace
 
 if TYPE_CHECKING:
-    from mrfit.ingest.reading import Item
+    from mrfit.ingest.reading import LogItem
 
 
 class Earlier:
@@ -48,7 +48,7 @@ class Earlier:
         self.spelling: dict[str, str] = {encodable(os_path.normpath(os_path.join(self.base, s))): s for s in sources}
         self.orphans = {r.source for r in self.summary.refused if r.kept}
 
-    def source(self, item: Item) -> str:
+    def source(self, item: LogItem) -> str:
         """Return the source's name as the workspace already knows it, or as the item has it."""
         return self.name(item.source)
 
@@ -69,7 +69,7 @@ class Earlier:
         """Return the ids of a source's recordings."""
         return [r.id for r in self.summary.recordings if r.source == source]
 
-    def holds(self, item: Item, key: str) -> bool:
+    def holds(self, item: LogItem, key: str) -> bool:
         """Whether an item has been read, with all that determines it as it is now."""
         source = self.source(item)
         if self.keys.get(source) != key:

@@ -17,12 +17,12 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
-from mrfit.ingest.reading import Item, Outcome, Pieces, read_item
+from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, read_item
 from mrfit.ingest.refusal import Refusal
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
+class LogParcel:
     """A record as it is sent to a worker.
 
     Attributes
@@ -35,12 +35,12 @@ class Sent:
         Bytes of a log read at once.
     """
 
-    item: Item
+    item: LogItem
     contents: tuple[bytes, ...] | None
     block: int
 
 
-def outcomes(items: Sequence[Item], pieces: Pieces, jobs: int) -> Iterator[Outcome]:
+def outcomes(items: Sequence[LogItem], pieces: BlockReading, jobs: int) -> Iterator[LogOutcome]:
     """Yield the outcomes of items, in their order, wherever they are read."""
     if not is_elsewhere():
         yield from in_order(lambda item: read_item(item, pieces), items, jobs)
@@ -54,28 +54,28 @@ def outcomes(items: Sequence[Item], pieces: Pieces, jobs: int) -> Iterator[Outco
             yield read_item(item, pieces) if is_kept else replace(next(elsewhere), item=item)
 
 
-def _size(item: Item) -> int:
+def _size(item: LogItem) -> int:
     try:
         return max(path.stat().st_size for path, _ in item.files)
     except OSError:
         return 0
 
 
-def _sent(item: Item, apart: bool, block: int) -> Sent:
+def _sent(item: LogItem, apart: bool, block: int) -> LogParcel:
     if not apart:
-        return Sent(item, None, block)
+        return LogParcel(item, None, block)
     try:
-        return Sent(item, tuple(path.read_bytes() for path, _ in item.files), block)
+        return LogParcel(item, tuple(path.read_bytes() for path, _ in item.files), block)
     except OSError:
         # the worker says of a file that is not there what is said of it here
-        return Sent(item, None, block)
+        return LogParcel(item, None, block)
 
 
-def read_sent(sent: Sent, progress: Progress) -> Outcome:
+def read_sent(sent: LogParcel, progress: Progress) -> LogOutcome:
     """Read a record in a worker; its recordings are in memory, its sources and refusals bear the paths it has here."""
     with temporary.folder("ingest") as place:
         laid = _laid(sent, place)
-        found = read_item(laid, Pieces(place / "numbers", sent.block))
+        found = read_item(laid, BlockReading(place / "numbers", sent.block))
         names = {str(there): str(here) for (there, _), (here, _) in zip(laid.files, sent.item.files, strict=True)}
 
         def here(text: str) -> str:
@@ -85,10 +85,10 @@ def read_sent(sent: Sent, progress: Progress) -> Outcome:
 
         recordings = tuple(_in_memory(r, sent.item.source, here) for r in found.recordings)
         refusals = tuple(_refusal(r, here) for r in found.refusals)
-    return Outcome(sent.item, recordings, refusals)
+    return LogOutcome(sent.item, recordings, refusals)
 
 
-def _laid(sent: Sent, place: Path) -> Item:
+def _laid(sent: LogParcel, place: Path) -> LogItem:
     """Return the item with its files where the worker has laid them, under their own names."""
     if sent.contents is None:
         return sent.item

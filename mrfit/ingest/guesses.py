@@ -8,14 +8,14 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.ingest.table import Column
 
-ROWS = 20_000
-ALIKE = 0.98
+GUESS_ROWS = 20_000
+SAME_GUESS = 0.98
 """Least correlation of a column with the integral of another that it may be the displacement of."""
 RATIO = 0.05
 """How much the factor between them may differ from a power of ten: a force is no multiple of the velocity's unit."""
 FOLLOWS = 0.3
 """Least correlation of a force with the velocity or the displacement."""
-SPEEDS = {1.0: ("mm", "mm/s"), 1e3: ("mm", "m/s"), 1e-3: ("m", "mm/s")}
+GUESSED_SPEEDS = {1.0: ("mm", "mm/s"), 1e3: ("mm", "m/s"), 1e-3: ("m", "mm/s")}
 """Units of displacement and velocity, by the factor between the one's slope and the other."""
 
 
@@ -77,7 +77,7 @@ def guesses(columns: Sequence[Column], dt: float | None) -> dict[int, Guess]:
 
 def _sound(column: Column) -> Array | None:
     """Return the first rows of a column; None where one is no number."""
-    values = np.asarray(column.values[:ROWS], dtype=float)
+    values = np.asarray(column.values[:GUESS_ROWS], dtype=float)
     return values if len(values) > 2 and np.isfinite(values).all() else None
 
 
@@ -89,7 +89,7 @@ def _correlation(one: Array, other: Array) -> float:
 
 def _motion(sound: dict[int, Array], dt: float) -> dict[int, Guess]:
     """Return the pair of columns of which one is the slope of the other, in units that laboratories use."""
-    best: tuple[float, int, int, float] = (ALIKE, -1, -1, 1.0)
+    best: tuple[float, int, int, float] = (SAME_GUESS, -1, -1, 1.0)
     for rate, velocity in sound.items():
         line = np.linspace(-1.0, 1.0, len(velocity))
         travelled = _without_line(np.cumsum(velocity) * dt, line)
@@ -99,14 +99,14 @@ def _motion(sound: dict[int, Array], dt: float) -> dict[int, Guess]:
                 continue
             # not its absolute value: of a sine, displacement is the slope of velocity too, with the other sign
             ratio = float(moved @ travelled / (travelled @ travelled))
-            nearest = min(SPEEDS, key=lambda r: abs(np.log(max(ratio, 1e-300) / r)))
+            nearest = min(GUESSED_SPEEDS, key=lambda r: abs(np.log(max(ratio, 1e-300) / r)))
             alike = _correlation(moved, travelled)
             if alike > best[0] and abs(ratio / nearest - 1.0) < RATIO:
                 best = (alike, place, rate, nearest)
     _, place, rate, ratio = best
     if place < 0:
         return {}
-    units = SPEEDS[ratio]
+    units = GUESSED_SPEEDS[ratio]
     if ratio == 1.0 and size_unit("displacement", sound[place]) == "m":
         units = ("m", "m/s")
     return {

@@ -17,7 +17,7 @@ from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 
 # Shares of the limit up to which all is kept and from which nothing is, and how much in dB is taken from that
-KEPT, GONE, ATTENUATION = 0.5, 1.5, 60.0
+PASS_BAND, STOP_BAND_BEGIN, STOP_BAND_ATTENUATION = 0.5, 1.5, 60.0
 
 
 def low_passed(record: Recording, rules: Rules) -> Recording:
@@ -43,8 +43,8 @@ def low_passed(record: Recording, rules: Rules) -> Recording:
         weights = _weights(record, name, limit)
         channels[name] = smoothed(channels[name], weights)
         lines.append(
-            f"{name} low-passed at {limit:.6g} Hz (−6 dB), zero phase: kept up to {KEPT * limit:.6g} Hz, "
-            f"{ATTENUATION:g} dB down from {GONE * limit:.6g} Hz"
+            f"{name} low-passed at {limit:.6g} Hz (−6 dB), zero phase: kept up to {PASS_BAND * limit:.6g} Hz, "
+            f"{STOP_BAND_ATTENUATION:g} dB down from {STOP_BAND_BEGIN * limit:.6g} Hz"
         )
     return replace(record, channels=channels, history=(*record.history, *lines)) if lines else record
 
@@ -65,11 +65,11 @@ def checked(limits: tuple[tuple[str, float], ...]) -> dict[str, float]:
 
 def _weights(record: Recording, name: str, limit: float) -> Array:
     fastest = 0.5 / record.dt
-    if GONE * limit >= fastest:
+    if STOP_BAND_BEGIN * limit >= fastest:
         raise Refusal(
             record.source,
             f"a low-pass of {name} at {limit:g} Hz needs more than the {1.0 / record.dt:g} samples a second there are",
-            f"give a limit below {fastest / GONE:.4g} Hz",
+            f"give a limit below {fastest / STOP_BAND_BEGIN:.4g} Hz",
         )
     weights = _filter(limit * record.dt)
     if record.samples <= len(weights) // 2:
@@ -87,6 +87,6 @@ def _filter(share: float) -> Array:
     """Return the weights (2L + 1,) of a low-pass at a share of the sample rate."""
     from scipy.signal import firwin, kaiserord
 
-    taps, beta = kaiserord(ATTENUATION, 2.0 * (GONE - KEPT) * share)
+    taps, beta = kaiserord(STOP_BAND_ATTENUATION, 2.0 * (STOP_BAND_BEGIN - PASS_BAND) * share)
     weights: Array = firwin(taps | 1, 2.0 * share, window=("kaiser", beta))
     return weights

@@ -13,8 +13,8 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.protocols import JoinsParts, Reader, ReadsRows, TellsHeadings
 from mrfit.core.recording import Finding, Recording
 from mrfit.errors import MrfitError
-from mrfit.ingest.blocks import Gathered, text_blocks
-from mrfit.ingest.build import Origin, build
+from mrfit.ingest.blocks import BlockTables, text_blocks
+from mrfit.ingest.build import LogOrigin, build
 from mrfit.ingest.containers.apart import read_apart
 from mrfit.ingest.containers.memory import out_of_memory, shown
 from mrfit.ingest.containers.shelf import Shelf, check_disk
@@ -22,13 +22,13 @@ from mrfit.ingest.dispatch import FALLBACK
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY, Watch, watched
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.table import Lost, Refused, Source, Table, with_end
+from mrfit.ingest.table import RejectedRow, RejectedRows, Source, Table, with_end
 from mrfit.ingest.text.head import Head, open_head
 from mrfit.ingest.text.headings import (
     FEW_ROWS,
-    NAMING,
+    NAMING_LINES,
+    HeadedPart,
     Heading,
-    Part,
     Teller,
     cut_at_headings,
     exported,
@@ -41,7 +41,7 @@ from mrfit.settings.ingest import BLOCK
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class LogItem:
     """One record to read.
 
     Attributes
@@ -75,10 +75,10 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class LogOutcome:
     """Result of reading an item: recordings without ids, and the files refused."""
 
-    item: Item
+    item: LogItem
     recordings: tuple[Recording, ...]
     refusals: tuple[Refusal, ...]
 
@@ -94,7 +94,7 @@ _one_at_a_time = threading.Lock()
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
+class BlockReading:
     """Settings by which logs are read that should not be held in memory.
 
     Attributes
@@ -112,7 +112,7 @@ class Pieces:
     progress: Progress = silent
 
 
-def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
+def read_item(item: LogItem, pieces: BlockReading | None = None) -> LogOutcome:
     """Return the recordings of an item; a file that cannot be read is among the refusals, its siblings are read.
 
     With ``pieces``, a log longer than a few blocks is read block by block, and its channels stay on disk.
@@ -139,11 +139,11 @@ def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
             tables = [_with_history(t, f"joined {', '.join(names)}") for t in joined]
         recordings = _recordings(tables, item)
     except Exception as error:
-        return Outcome(item, (), (*refusals, _refusal_of(error, item.files[0][0], item)))
-    return Outcome(item, tuple(recordings), tuple(refusals))
+        return LogOutcome(item, (), (*refusals, _refusal_of(error, item.files[0][0], item)))
+    return LogOutcome(item, tuple(recordings), tuple(refusals))
 
 
-def _beside(tables: Sequence[Table], item: Item) -> list[Table]:
+def _beside(tables: Sequence[Table], item: LogItem) -> list[Table]:
     """Return the tables of files that the channel map joins as one: their columns side by side."""
     rows = [t.rows for t in tables]
     if len(set(rows)) > 1:
@@ -153,7 +153,7 @@ def _beside(tables: Sequence[Table], item: Item) -> list[Table]:
     return [replace(tables[0], columns=tuple(replace(c, index=k) for k, c in enumerate(columns)))]
 
 
-def _refusal_of(error: Exception, path: Path, item: Item) -> Refusal:
+def _refusal_of(error: Exception, path: Path, item: LogItem) -> Refusal:
     """Return the refusal of a log on which something failed, so that the logs beside it are read all the same.
 
     Raises
@@ -198,6 +198,7 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
             if odd := part.odd or (_by_place(source.rules) and "the channel map names columns by place"):
                 raise Refusal(source.head.path, odd, "cut the log there")
             found = _reader_below(module, part).read(part.source)
+            found = _with_rows_above(part.source.head, list(found), part=True)
             check_rows(part.source.head, sum(t.rows for t in found), [r for t in found for r in t.refused])
         except Refusal as refusal:
             text = f"{part.told()}: nothing is read from there on ({part.in_words(refusal.reason)}); cut the log there"
@@ -210,11 +211,16 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
 def _first_read(module: Reader, source: Source) -> list[Table]:
     """Return the tables of the beginning of a log, every row above the header that holds counted as refused."""
     tables: list[Table] = module.read(source)
+    _check_one_header(source.head, tables)
+    return _with_rows_above(source.head, tables)
+
+
+def _with_rows_above(head: Head, tables: list[Table], part: bool = False) -> list[Table]:
+    """Return tables with the rows above the header that holds as refused; all numbers above that of a ``part``."""
     kept = [t for t in tables if len(t.lines)]
     first = min((n for t in kept for n in (int(t.lines[0]), *t.comments, *(r.line for r in t.refused))), default=1)
-    lost = [Refused("row above the header", line) for line in rows_above(source.head, first)]
-    _check_one_header(source.head, tables)
-    return [replace(t, refused=Lost([*lost, *t.refused])) if lost and t is kept[0] else t for t in tables]
+    lost = [RejectedRow("row above the header", line) for line in rows_above(head, first, part)]
+    return [replace(t, refused=RejectedRows([*lost, *t.refused])) if lost and t is kept[0] else t for t in tables]
 
 
 def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
@@ -228,7 +234,7 @@ def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
     refused = {r.line for t in tables for r in t.refused}
     begins = [min((*t.lines[:1], *t.comments, *refused), default=1) for t in tables]
     rows = max((int(t.lines[:FEW_ROWS][-1]) for t in tables if len(t.lines)), default=0)
-    header = [line.strip() for line in head.lines[: min(begins, default=1) - 1] if line.strip()][-NAMING:]
+    header = [line.strip() for line in head.lines[: min(begins, default=1) - 1] if line.strip()][-NAMING_LINES:]
     for line in sorted(refused):
         if line < min(rows, len(head.lines)) and resembles(head.lines[line - 1], header):
             what = f"line {line} is another header right below the first ('{excerpt(head.lines[line - 1])}')"
@@ -248,7 +254,7 @@ def _teller(module: Reader) -> Teller:
     return tell
 
 
-def _reader_below(module: Reader, part: Part) -> Reader:
+def _reader_below(module: Reader, part: HeadedPart) -> Reader:
     """Return the reader of a part: the log's own where the header is one of its kind, else that of delimited text."""
     own = isinstance(module, TellsHeadings) or module.sniff(part.source.head)
     return module if own else registry.load("reader", FALLBACK)
@@ -293,7 +299,7 @@ def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator
         yield part, _first_read(module, part) if block.line == 1 else module.read(part)
 
 
-def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> list[Table]:
+def _in_blocks(module: Reader, source: Source, digest: str, pieces: BlockReading) -> list[Table]:
     """Return the tables of a long log, their numbers on disk."""
     path = source.head.path
     read, watch = watched(path, "reading", pieces.progress)
@@ -301,7 +307,7 @@ def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> l
     if isinstance(module, ReadsRows):
         rows, columns = module.extent(source)
         check_disk(path, rows * (columns + 1), pieces.folder)
-    with Gathered(_place(pieces, path)) as gathered:
+    with BlockTables(_place(pieces, path)) as gathered:
         for part, tables in _blocks(module, source, pieces.block, watch):
             gathered.add(tables, part)
             if rows:
@@ -312,7 +318,7 @@ def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> l
     return [with_end(t) for t in tables]
 
 
-def look_into(item: Item, pieces: Pieces) -> tuple[Outcome, float]:
+def look_into(item: LogItem, pieces: BlockReading) -> tuple[LogOutcome, float]:
     """Return the outcome of the first block of a long log, and the log's length in such blocks; 1 if all was read."""
     block = pieces.block
     module = registry.load("reader", item.reader)
@@ -322,12 +328,12 @@ def look_into(item: Item, pieces: Pieces) -> tuple[Outcome, float]:
             return read_item(item, pieces), 1.0
         part, tables = next(_blocks(module, source, block, lambda _: None))
         recordings = _recordings([replace(t, stated_rows=None) for t in tables], item)
-        return Outcome(item, tuple(recordings), ()), _times_longer(module, part, tables)
+        return LogOutcome(item, tuple(recordings), ()), _times_longer(module, part, tables)
     except Exception as error:
-        return Outcome(item, (), (_refusal_of(error, item.files[0][0], item),)), 1.0
+        return LogOutcome(item, (), (_refusal_of(error, item.files[0][0], item),)), 1.0
 
 
-def first_tables(item: Item, pieces: Pieces) -> list[Table]:
+def first_tables(item: LogItem, pieces: BlockReading) -> list[Table]:
     """Return the tables of the first block of a log, or of the first of its files, as the file has them.
 
     Raises
@@ -346,7 +352,7 @@ def first_tables(item: Item, pieces: Pieces) -> list[Table]:
         raise _refusal_of(error, path, item) from error
 
 
-def _place(pieces: Pieces, path: Path) -> Path:
+def _place(pieces: BlockReading, path: Path) -> Path:
     """Return the folder in which the numbers of one log lie meanwhile."""
     return pieces.folder / hashlib.sha256(fsencode(path)).hexdigest()[:16]
 
@@ -363,6 +369,6 @@ def _with_history(table: Table, line: str) -> Table:
     return replace(table, history=(*table.history, line))
 
 
-def _recordings(tables: Sequence[Table], item: Item) -> list[Recording]:
-    origin = Origin(item.source, item.sha256, item.reader, item.rules)
+def _recordings(tables: Sequence[Table], item: LogItem) -> list[Recording]:
+    origin = LogOrigin(item.source, item.sha256, item.reader, item.rules)
     return [recording for table in tables for recording in build(table, origin)]

@@ -7,7 +7,7 @@ from pathlib import Path
 from mrfit.errors import DataError, Lacking, MrfitError
 from mrfit.io.escapes import visible
 
-LONGEST = 400
+LONGEST_REASON = 400
 
 
 class Refusal(DataError):
@@ -24,16 +24,19 @@ class Refusal(DataError):
     """
 
     def __init__(self, path: Path | str, reason: str, remedy: str) -> None:
-        reason, remedy = excerpt(reason, LONGEST), excerpt(remedy, LONGEST)  # a damaged file's text may be anything
+        reason, remedy = (
+            excerpt(reason, LONGEST_REASON),
+            excerpt(remedy, LONGEST_REASON),
+        )  # a damaged file's text may be anything
         self.path, self.reason, self.remedy = in_unicode(path), reason, remedy
-        super().__init__(f"{excerpt(visible(self.path), 10 * LONGEST)}: {reason}; {remedy}")
+        super().__init__(f"{excerpt(visible(self.path), 10 * LONGEST_REASON)}: {reason}; {remedy}")
 
     def __reduce__(self) -> tuple[type["Refusal"], tuple[str, str, str]]:
         """Pickle by the three parts, so that it can leave a worker process."""
         return type(self), (self.path, self.reason, self.remedy)
 
 
-class Passing(Refusal, Lacking):
+class TransientRefusal(Refusal, Lacking):
     """A log that cannot be used here and now, and is looked at again the next time."""
 
 

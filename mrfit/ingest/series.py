@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 Values = NDArray[Any]
 
-CHUNK = 1 << 20
+SERIES_CHUNK = 1 << 20
 """Rows looked at together."""
 
 
@@ -46,7 +46,7 @@ class Series:
         return self.read(place, place + 1)[0]
 
 
-class Stored(Series):
+class StoredSeries(Series):
     """A column that lies in a file of bare numbers; it can be sent to another process.
 
     Parameters
@@ -64,12 +64,12 @@ class Stored(Series):
         super().__init__(length, lambda a, b: np.fromfile(path, kind, b - a, offset=a * size))
         self.given = path, length, kind
 
-    def __reduce__(self) -> tuple[type["Stored"], tuple[Path, int, type]]:
+    def __reduce__(self) -> tuple[type["StoredSeries"], tuple[Path, int, type]]:
         """Pickle by what it was made of."""
-        return Stored, self.given
+        return StoredSeries, self.given
 
 
-class Counted(Series):
+class RowNumbers(Series):
     """Whole numbers 1, 2, …, N; they can be sent to another process.
 
     Parameters
@@ -81,14 +81,14 @@ class Counted(Series):
     def __init__(self, length: int) -> None:
         super().__init__(length, lambda a, b: np.arange(a + 1, b + 1, dtype=np.int64))
 
-    def __reduce__(self) -> tuple[type["Counted"], tuple[int]]:
+    def __reduce__(self) -> tuple[type["RowNumbers"], tuple[int]]:
         """Pickle by what it was made of."""
-        return Counted, (self.length,)
+        return RowNumbers, (self.length,)
 
 
 def counted(length: int, in_memory: bool) -> Values:
     """Return 1 … N, in memory or computed where they are asked for."""
-    return np.arange(1, length + 1, dtype=np.int64) if in_memory else cast(Values, Counted(length))
+    return np.arange(1, length + 1, dtype=np.int64) if in_memory else cast(Values, RowNumbers(length))
 
 
 def stored(path: Path, length: int, kind: type = np.float64) -> Values:
@@ -96,7 +96,7 @@ def stored(path: Path, length: int, kind: type = np.float64) -> Values:
 
     It stands for an array wherever only slices, single values and the length are asked for.
     """
-    return cast(Values, Stored(path, length, kind))
+    return cast(Values, StoredSeries(path, length, kind))
 
 
 def _column(length: int, read: Callable[[int, int], Any]) -> Values:
@@ -115,8 +115,8 @@ def in_memory(values: Values) -> bool:
 
 def spans(length: int) -> Iterator[tuple[int, int]]:
     """Yield (begin, end) of the chunks of a column."""
-    for begin in range(0, length, CHUNK):
-        yield begin, min(begin + CHUNK, length)
+    for begin in range(0, length, SERIES_CHUNK):
+        yield begin, min(begin + SERIES_CHUNK, length)
 
 
 def chunks(*columns: Values) -> Iterator[tuple[Values, ...]]:
@@ -247,7 +247,7 @@ def interpolated(position: Values, values: Values, length: int) -> Values:
     """Return values at 0 … length-1, linear between those at the ascending ``position``."""
     if in_memory(values):
         return np.interp(np.arange(length, dtype=np.float64), position[:], values)
-    size = CHUNK
+    size = SERIES_CHUNK
     marks = [float(position[k]) for k in range(0, len(position), size)]
 
     def read(a: int, b: int) -> Values:

@@ -22,8 +22,8 @@ from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.low_pass import checked
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import condition_words, name_expression
-from mrfit.ingest.reading import Item, Outcome, Pieces, look_into
-from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, look_into
+from mrfit.ingest.refusal import Refusal, TransientRefusal
 from mrfit.io.keys import code_version, file_digest, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
 from mrfit.io.workspace import Workspace, recording_id, write_json
@@ -127,7 +127,7 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[Preview]:
     plan, refusals = plan_items(paths, settings, lambda _: "")
     rows = []
     with temporary.folder("ingest") as place:
-        pieces = Pieces(place, settings.block)
+        pieces = BlockReading(place, settings.block)
         looks = in_order(lambda item: look_into(item, pieces), [item for item, _ in plan], settings.jobs)
         for outcome, times_longer in looks:
             refusals += outcome.refusals
@@ -161,7 +161,7 @@ def read(paths: Sequence[Path], settings: Settings, progress: Progress = silent)
     taken: set[str] = set()
     with temporary.folder("ingest") as place:
         # numbers of a log longer than eight blocks lie there meanwhile
-        pieces = Pieces(place, settings.block, progress)
+        pieces = BlockReading(place, settings.block, progress)
         plan = part_copies(plan, Earlier(Workspace(place)))[1]
         for number, outcome in enumerate(outcomes([item for item, _ in plan], pieces, settings.jobs), start=1):
             refusals += outcome.refusals
@@ -175,7 +175,7 @@ def _in_memory(recording: Recording) -> Recording:
     return replace(recording, channels={n: np.array(v[:], np.float64) for n, v in recording.channels.items()})
 
 
-KEPT = " (the recordings read from it before are kept)"
+KEPT_BEFORE = " (the recordings read from it before are kept)"
 
 
 def _preview_row(recording: Recording, times_longer: float) -> Preview:
@@ -201,7 +201,7 @@ def _preview_row(recording: Recording, times_longer: float) -> Preview:
 
 def plan_items(
     paths: Sequence[Path], settings: Settings, hashed: Callable[[Path], str] = hash_of
-) -> tuple[list[tuple[Item, str]], list[Refusal]]:
+) -> tuple[list[tuple[LogItem, str]], list[Refusal]]:
     """Return the records to read, each with the key of all that determines it, and the files no reader takes.
 
     Raises
@@ -216,7 +216,7 @@ def plan_items(
 
 def plan_files(
     files: Iterable[tuple[Path, Path]], settings: Settings, hashed: Callable[[Path], str] = hash_of
-) -> tuple[list[tuple[Item, str]], list[Refusal]]:
+) -> tuple[list[tuple[LogItem, str]], list[Refusal]]:
     """Return the plan, as of ``plan_items``, of files, each with the folder up to which a channel map is looked for.
 
     Raises
@@ -242,7 +242,7 @@ def plan_files(
         groups.setdefault(f"{reader}:{group}", []).append((file, digest))
         readers[f"{reader}:{group}"] = reader
         rules.setdefault(f"{reader}:{group}", own)
-    items = [Item(tuple(sorted(files)), readers[g], rules[g], settings.max_memory) for g, files in groups.items()]
+    items = [LogItem(tuple(sorted(files)), readers[g], rules[g], settings.max_memory) for g, files in groups.items()]
     return [(item, _key(item)) for item in items], refusals
 
 
@@ -254,7 +254,7 @@ def maps_of(paths: Sequence[Path], settings: Settings) -> list[Path]:
     return list(dict.fromkeys(path for path in beside if path))
 
 
-def _key(item: Item) -> str:
+def _key(item: LogItem) -> str:
     """Return the key of all that determines the recordings of an item."""
     plugins = plugins_used([("reader", item.reader)])
     return key_of([d for _, d in item.files], item.reader, asdict(item.rules), *plugins, stage="ingest")
@@ -302,7 +302,7 @@ def _map_beside(file: Path, root: Path) -> Path | None:
 
 
 @dataclass(slots=True)
-class _Staged:
+class _StageResults:
     """Results of this call: rows of ingest.json and keys by source, refusals, and all files looked at."""
 
     recordings: dict[str, list[About]]
@@ -312,24 +312,24 @@ class _Staged:
 
 
 def _read_all(
-    fresh: list[tuple[Item, str]],
+    fresh: list[tuple[LogItem, str]],
     before: Earlier,
     staging: Workspace,
     how: tuple[Settings, Progress],
-) -> _Staged:
+) -> _StageResults:
     """Read the items and write their recordings to the staging folder."""
     settings, progress = how
-    staged = _Staged({}, {}, [], {before.name(str(file)) for item, _ in fresh for file, _ in item.files})
+    staged = _StageResults({}, {}, [], {before.name(str(file)) for item, _ in fresh for file, _ in item.files})
     taken = {r.id.lower() for r in before.summary.recordings}
     keys = {item.source: key for item, key in fresh}
-    pieces = Pieces(staging.root / "numbers", settings.block, progress)
+    pieces = BlockReading(staging.root / "numbers", settings.block, progress)
     for number, outcome in enumerate(outcomes([i for i, _ in fresh], pieces, settings.jobs), start=1):
         source = before.source(outcome.item)
         staged.refusals += outcome.refusals
         if outcome.recordings or not before.ids(source):
             taken -= {i.lower() for i in before.ids(source)}
             staged.recordings[source] = []
-            if not any(isinstance(r, Passing) for r in outcome.refusals):
+            if not any(isinstance(r, TransientRefusal) for r in outcome.refusals):
                 staged.keys[source] = keys[outcome.item.source]
         for recording in _named(outcome, source, taken):
             staging.write_recording(recording)
@@ -338,7 +338,7 @@ def _read_all(
     return staged
 
 
-def _named(outcome: Outcome, source: str, taken: set[str]) -> Iterator[Recording]:
+def _named(outcome: LogOutcome, source: str, taken: set[str]) -> Iterator[Recording]:
     """Give recordings their ids: the file's stem, numbered from 1 where a file holds several."""
     if not outcome.recordings:
         return
@@ -362,7 +362,7 @@ def _commit(
     workspace: Workspace,
     staging: Workspace,
     before: Earlier,
-    staged: _Staged,
+    staged: _StageResults,
     *,
     kept: list[str],
     unread: list[Refusal],
@@ -417,13 +417,13 @@ def _code(before: Earlier, older: bool) -> str:
     return this if not older or before.summary.code == this else ""
 
 
-def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _Staged, before: Earlier) -> Refused:
+def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _StageResults, before: Earlier) -> Refused:
     """Return a refusal for ingest.json; a log that can no longer be read keeps the recordings made of it before."""
     source = before.name(refusal.path)
     row = Refused(source=source, reason=refusal.reason, remedy=refusal.remedy)
     if source in staged.recordings or source in kept or not before.ids(source):
         return row
-    return replace(row, remedy=refusal.remedy.removesuffix(KEPT) + KEPT, kept=True)
+    return replace(row, remedy=refusal.remedy.removesuffix(KEPT_BEFORE) + KEPT_BEFORE, kept=True)
 
 
 def _remove_stale(workspace: Workspace, before: Earlier, ids: set[str]) -> None:

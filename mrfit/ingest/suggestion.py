@@ -17,19 +17,19 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, ChannelRule, Rules
 from mrfit.ingest.meaning.name_pattern import pattern_of
 from mrfit.ingest.meaning.naming import Signal, name_signals
-from mrfit.ingest.reading import Item, Pieces, first_tables
+from mrfit.ingest.reading import BlockReading, LogItem, first_tables
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.stage import plan_items
 from mrfit.ingest.table import Column, Table
 from mrfit.io.workspace import write_text
 from mrfit.settings.ingest import Settings
 
-WIDTH = 118
+MAP_WIDTH = 118
 # Rows from which a column without a name is taken for the time, and how much its steps may differ
-ROWS, EVENLY = 500, 0.1
+SUGGESTION_ROWS, EVENLY = 500, 0.1
 BY_PLACE = Rules(channels={"any": ChannelRule(column=0)})
 """Rules of columns by place: with them a reader needs no header."""
-LISTED = 5
+LISTED_COLUMNS = 5
 """Logs that are named where several have other columns."""
 
 
@@ -67,12 +67,12 @@ def suggest(paths: Sequence[Path], settings: Settings) -> str:
         If no log can be read.
     """
     items, refusals = plan_items(paths, settings, lambda _: "")
-    layouts: dict[tuple[tuple[str, str | None], ...], list[tuple[Item, Table]]] = {}
+    layouts: dict[tuple[tuple[str, str | None], ...], list[tuple[LogItem, Table]]] = {}
     with temporary.folder("ingest") as place:
         for item, _ in items:
             bare = replace(item, rules=replace(BY_PLACE, pattern=item.rules.pattern))
             try:
-                table = first_tables(bare, Pieces(place, settings.block))[0]
+                table = first_tables(bare, BlockReading(place, settings.block))[0]
             except Refusal as refusal:
                 refusals.append(refusal)
                 continue
@@ -86,7 +86,7 @@ def suggest(paths: Sequence[Path], settings: Settings) -> str:
         return "\n".join([*_map_of(commonest), *_told_of(others), ""])
 
 
-def _map_of(logs: Sequence[tuple[Item, Table]]) -> Iterator[str]:
+def _map_of(logs: Sequence[tuple[LogItem, Table]]) -> Iterator[str]:
     """Yield the lines of the map for logs of one layout, of which the first is shown."""
     item, table = logs[0]
     name = excerpt(Path(item.source).name)
@@ -110,13 +110,13 @@ def _map_of(logs: Sequence[tuple[Item, Table]]) -> Iterator[str]:
         yield from _channel_lines(column, signals[column.index], table.columns, found.get(column.index))
     yield ""
     listed = f"NAME is one of {', '.join(f'{c.name} ({c.unit})' for c in CHANNELS.values())}, or a name of your own."
-    yield from wrap(listed, WIDTH, initial_indent="# ", subsequent_indent="# ")
+    yield from wrap(listed, MAP_WIDTH, initial_indent="# ", subsequent_indent="# ")
     yield "# A transducer's signal needs scale = …, the unit for each number of the file; offset, sign = -1 where due."
     if found:
         yield "# A name or unit with a question mark is guessed from the numbers."
 
 
-def _pattern_line(items: Sequence[Item]) -> str:
+def _pattern_line(items: Sequence[LogItem]) -> str:
     """Return the line of conditions in file names: as they were given, as the names state them, or an example."""
     given = items[0].rules.pattern
     pattern = given or pattern_of([Path(i.source).stem for i in items])
@@ -135,7 +135,7 @@ def _interval(table: Table) -> float | None:
     if time is None:
         return None
     unit = time.unit if time.unit and units.known(time.unit) and units.compatible(time.unit, "s") else "s"
-    step = float(np.median(np.diff(np.asarray(time.values[:ROWS], dtype=float))))
+    step = float(np.median(np.diff(np.asarray(time.values[:SUGGESTION_ROWS], dtype=float))))
     return step * units.to_unit(unit, "s").scale if step > 0.0 else None
 
 
@@ -163,7 +163,7 @@ def _time_lines(table: Table, even: Column | None) -> Iterator[str]:
 
 def _rises_evenly(column: Column) -> bool:
     """Return whether a column may be the time: its steps differ by little."""
-    steps = np.diff(np.asarray(column.values[:ROWS], dtype=float))
+    steps = np.diff(np.asarray(column.values[:SUGGESTION_ROWS], dtype=float))
     return len(steps) > 2 and bool(np.all(steps > 0.0)) and float(np.ptp(steps)) < EVENLY * float(np.mean(steps))
 
 
@@ -172,7 +172,7 @@ def _channel_lines(column: Column, signal: Signal, columns: tuple[Column, ...], 
     if signal.name in CHANNELS:
         unit = column.unit if known and column.unit else unit_of(signal.name)
         said = "" if known else " the file states no unit;"
-        if not known and (sized := size_unit(signal.name, np.asarray(column.values[:ROWS], dtype=float))):
+        if not known and (sized := size_unit(signal.name, np.asarray(column.values[:SUGGESTION_ROWS], dtype=float))):
             unit, said = sized, f" the file states no unit, {sized}? by its size;"
         yield f"{signal.name} = {{{place}, unit = {_quoted(unit)}}}   #{said} {_values(column)}"
         return
@@ -209,8 +209,8 @@ def _values(column: Column) -> str:
 
 def _told_of(others: list[str]) -> Iterator[str]:
     if others:
-        shown = ", ".join(excerpt(name) for name in others[:LISTED])
-        more = f" and {len(others) - LISTED} more" if len(others) > LISTED else ""
+        shown = ", ".join(excerpt(name) for name in others[:LISTED_COLUMNS])
+        more = f" and {len(others) - LISTED_COLUMNS} more" if len(others) > LISTED_COLUMNS else ""
         yield ""
         yield f"# Other columns than these have {shown}{more}: give them a part of their own,"
         yield '# [[files]] with match = "NAME*" and the keys above below it.'

@@ -98,21 +98,21 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class RejectedRow:
     """One data row that was not kept: what is wrong with it, and its line number (from 1)."""
 
     kind: str
     line: int
 
 
-class Lost(Sequence[Refused]):
+class RejectedRows(Sequence[RejectedRow]):
     """Refused rows by the million, at nine bytes each, in the order they came."""
 
-    def __init__(self, refused: Sequence[Refused] = ()) -> None:
+    def __init__(self, refused: Sequence[RejectedRow] = ()) -> None:
         self.kinds: list[str] = []
         self.codes = np.empty(0, dtype=np.int8)
         self.lines: Lines = np.empty(0, dtype=np.int64)
-        if isinstance(refused, Lost):
+        if isinstance(refused, RejectedRows):
             self.kinds, self.codes, self.lines = list(refused.kinds), refused.codes, refused.lines
         else:
             self.add([r.kind for r in refused], [r.line for r in refused])
@@ -128,21 +128,21 @@ class Lost(Sequence[Refused]):
         return len(self.lines)
 
     @overload
-    def __getitem__(self, key: int) -> Refused: ...
+    def __getitem__(self, key: int) -> RejectedRow: ...
     @overload
-    def __getitem__(self, key: slice) -> "list[Refused]": ...
-    def __getitem__(self, key: int | slice) -> "Refused | list[Refused]":
+    def __getitem__(self, key: slice) -> "list[RejectedRow]": ...
+    def __getitem__(self, key: int | slice) -> "RejectedRow | list[RejectedRow]":
         if isinstance(key, slice):
             return [self[k] for k in range(*key.indices(len(self)))]
-        return Refused(self.kinds[self.codes[key]], int(self.lines[key]))
+        return RejectedRow(self.kinds[self.codes[key]], int(self.lines[key]))
 
-    def __iter__(self) -> Iterator[Refused]:
+    def __iter__(self) -> Iterator[RejectedRow]:
         return (self[k] for k in range(len(self)))
 
-    def without(self, kinds: Sequence[str]) -> "Lost":
+    def without(self, kinds: Sequence[str]) -> "RejectedRows":
         """Return those of other kinds."""
         keep = ~np.isin(self.codes, [self.kinds.index(k) for k in kinds if k in self.kinds])
-        others = Lost(self)
+        others = RejectedRows(self)
         others.codes, others.lines = self.codes[keep], self.lines[keep]
         return others
 
@@ -192,7 +192,7 @@ class Table:
     time: Column | None = None
     dt: float | None = None
     start: float = 0.0
-    refused: Sequence[Refused] = ()
+    refused: Sequence[RejectedRow] = ()
     breaks: tuple[int, ...] = ()
     stated_rows: float | None = None
     open_line: int = 0

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from mrfit.core.specs import Array
 
 # Rows that a repeated text is written out for
-PART = 1 << 16
+ARROW_PART = 1 << 16
 
 
 def numbers(values: ArrayLike) -> Any:
@@ -44,8 +44,8 @@ def repeated(text: str, count: int) -> Any:
     """Return a column of one text so many times over, in parts that share their memory."""
     import pyarrow as pa
 
-    part = texts([text] * min(count, PART))
-    return pa.chunked_array([*[part] * (count // PART), part[: count % PART]], pa.string())
+    part = texts([text] * min(count, ARROW_PART))
+    return pa.chunked_array([*[part] * (count // ARROW_PART), part[: count % ARROW_PART]], pa.string())
 
 
 def table(columns: dict[str, Any]) -> Any:

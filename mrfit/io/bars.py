@@ -10,7 +10,7 @@ from typing import Any
 from mrfit.core.progress import Progress, silent
 from mrfit.io.escapes import visible
 
-PATIENCE = 0.5
+BAR_PATIENCE = 0.5
 """Seconds that a call may take before a notebook shows a bar."""
 PAUSE = 0.2
 """Seconds between two changes of what a notebook shows."""
@@ -85,7 +85,7 @@ class _Cell:
     def __init__(self, show: Callable[[str], Callable[[str], None]]) -> None:
         self.show = show
         self.replace: Callable[[str], None] | None = None
-        self.due = time.monotonic() + PATIENCE
+        self.due = time.monotonic() + BAR_PATIENCE
         self.bars: dict[str, str] = {}
 
     def __call__(self, what: str, done: int, total: int) -> None:

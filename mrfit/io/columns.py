@@ -32,7 +32,7 @@ _numbers = itertools.count()
 
 
 @dataclass(frozen=True)
-class Column:
+class FileColumn:
     """Samples [begin, end) of a column of a file.
 
     Attributes
@@ -80,7 +80,7 @@ class Column:
         whole = self[:]
         return whole if dtype is None else whole.astype(dtype, copy=False)
 
-    def part(self, begin: int, end: int) -> "Column":
+    def part(self, begin: int, end: int) -> "FileColumn":
         """Return samples [begin, end) of it, not read."""
         end = min(self.begin + end, self.end)
         return replace(self, begin=min(self.begin + begin, end), end=end)
@@ -139,7 +139,7 @@ def columns_of(path: Path, names: Sequence[str], rows: int, scratch: Path) -> di
     """
     about = path.stat()
     stamp = (about.st_mtime_ns, about.st_size)
-    return {n: cast(Array, Column(path, n, 0, rows, scratch, stamp)) for n in names}
+    return {n: cast(Array, FileColumn(path, n, 0, rows, scratch, stamp)) for n in names}
 
 
 def is_long(samples: int) -> bool:
@@ -147,7 +147,7 @@ def is_long(samples: int) -> bool:
     return samples > LONG
 
 
-class Times:
+class SampleTimes:
     """Sample times k·dt, computed slice by slice."""
 
     def __init__(self, samples: int, dt: float) -> None:
@@ -163,17 +163,17 @@ class Times:
 
 def is_on_disk(values: object) -> bool:
     """Return whether values stay on disk."""
-    return isinstance(values, Column)
+    return isinstance(values, FileColumn)
 
 
 def part_of(values: Array, begin: int, end: int) -> Array:
     """Return samples [begin, end) of a channel (N,); those of a column on disk are not read."""
-    return cast(Array, values.part(begin, end)) if isinstance(values, Column) else values[begin:end]
+    return cast(Array, values.part(begin, end)) if isinstance(values, FileColumn) else values[begin:end]
 
 
 def chunks(values: Array) -> Iterator[Array]:
     """Yield a channel (N,) that stays on disk in pieces of ``CHUNK`` samples, any other as it is."""
-    if not isinstance(values, Column):
+    if not isinstance(values, FileColumn):
         yield values
         return
     for begin in range(0, len(values), CHUNK):
@@ -194,7 +194,7 @@ def span(values: Array) -> float:
 
 def mean_and_deviation(values: Array) -> tuple[float, float]:
     """Return the mean and the standard deviation of a channel (N,)."""
-    if not isinstance(values, Column):
+    if not isinstance(values, FileColumn):
         return float(np.mean(values)), float(np.std(values))
     mean = sum(float(np.sum(part)) for part in chunks(values)) / len(values)
     power = sum(float(np.sum((part - mean) ** 2)) for part in chunks(values)) / len(values)
@@ -211,12 +211,12 @@ def laid_beside(values: Array, made: Array) -> Array:
     made
         What was made of it or a part of it (M,).
     """
-    return _kept(values.scratch, [made]) if isinstance(values, Column) else made
+    return _kept(values.scratch, [made]) if isinstance(values, FileColumn) else made
 
 
 def changed(values: Array, change: Callable[[Array], Array]) -> Array:
     """Return the results of a function on a channel's chunks; on disk where this is and where it is long as well."""
-    if not isinstance(values, Column):
+    if not isinstance(values, FileColumn):
         return change(values)
     parts = map(change, chunks(values))
     first = next(parts, np.empty(0))
@@ -235,10 +235,10 @@ def _kept(scratch: Path, parts: Iterable[Array]) -> Array:
     except OSError as error:
         text = error.strerror or error
         raise DataError(f"{scratch}: cannot write ({text}); choose another --work folder") from error
-    return cast(Array, Column(path, "", 0, count, scratch))
+    return cast(Array, FileColumn(path, "", 0, count, scratch))
 
 
-class Loaded(Sequence[Array]):
+class LazyArrays(Sequence[Array]):
     """Arrays, each read when it is looked at if it stays on disk."""
 
     def __init__(self, members: Sequence[Array]) -> None:
@@ -251,9 +251,9 @@ class Loaded(Sequence[Array]):
     def __getitem__(self, place: int) -> Array: ...
 
     @overload
-    def __getitem__(self, place: slice) -> "Loaded": ...
+    def __getitem__(self, place: slice) -> "LazyArrays": ...
 
-    def __getitem__(self, place: int | slice) -> "Array | Loaded":
+    def __getitem__(self, place: int | slice) -> "Array | LazyArrays":
         if isinstance(place, slice):
-            return Loaded(self.members[place])
+            return LazyArrays(self.members[place])
         return np.asarray(self.members[place])

@@ -43,7 +43,7 @@ _LIMITS = {
 
 
 # What pydantic calls a key too many: of its own models, of dataclasses
-UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+UNKNOWN_KEYS = ("extra_forbidden", "unexpected_keyword_argument")
 
 
 def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None) -> str:
@@ -57,7 +57,7 @@ def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None
         What a TOML file was read as, for the keys that are known where one is not; None for JSON.
     """
     faults = error.errors(include_url=False)
-    unknown = next((f for f in faults if f["type"] in UNKNOWN), None)
+    unknown = next((f for f in faults if f["type"] in UNKNOWN_KEYS), None)
     if unknown is not None:
         return _unknown(unknown["loc"], model)
     key = _toml_key if model else _json_key

@@ -13,7 +13,7 @@ KEY_VALUE_METADATA = 5
 STOP, TRUE, FALSE, BYTE, DOUBLE, BINARY, LIST, SET, MAP, STRUCT = 0, 1, 2, 3, 7, 8, 9, 10, 11, 12
 VARINTS = (4, 5, 6)
 # Structures within each other; a Parquet footer has fewer than ten
-DEEPEST = 32
+DEEPEST_SCHEMA = 32
 
 
 def key_value_metadata(path: Path) -> dict[str, str]:
@@ -114,7 +114,7 @@ class _Footer:
 
     def _skip(self, kind: int, depth: int) -> None:
         """Pass over a value."""
-        if depth > DEEPEST:
+        if depth > DEEPEST_SCHEMA:
             raise ValueError("its footer is damaged")
         if kind in VARINTS:
             self._varint()

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from mrfit.errors import Lacking
 
-COPIES = 3
+SAMPLE_COPIES = 3
 """How many times the numbers of a table are in memory while it is used."""
 
-TOLD = 1e9
+TOLD_BYTES = 1e9
 """Bytes from which on a command says what something needs, before it begins."""
 # Who is told, and what was told as the most so far: parts of what was told of are not told of again
 _listeners: list[Callable[[str], None]] = []
@@ -44,14 +44,14 @@ def check_room(what: str, size: float) -> None:
     DataError
         If they do not; the message says how much they need, and what would fit.
     """
-    needed, free = COPIES * size, free_memory()
+    needed, free = SAMPLE_COPIES * size, free_memory()
     if needed > free:
         raise Lacking(
             f"{what} need about {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free; write decimate = "
             f"{math.ceil(needed / max(free, 1.0))} or more in the channel map, or cut the log into shorter ones, and "
             "ingest it again"
         )
-    if needed >= TOLD and needed > _most[0]:
+    if needed >= TOLD_BYTES and needed > _most[0]:
         _most[0] = needed
         for tell in _listeners:
             tell(f"{what} are held in memory: about {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free")

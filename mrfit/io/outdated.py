@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from mrfit.io.workspace import Workspace
 
 # Names written out in a reason
-SHOWN = 5
+SHOWN_RECORDINGS = 5
 UNKNOWN = "made from other data, or by other code, than are here now"
 
 
@@ -60,7 +60,7 @@ def segment_reason(workspace: Workspace) -> str:
     return _other_recordings(cut.code, [r.id for r in cut.recordings], contents)
 
 
-class Stamped(Protocol):
+class DatedResult(Protocol):
     """A result that says what it was made from; ``code`` and the hashes are empty where it does not say."""
 
     @property
@@ -110,7 +110,7 @@ class Inputs:
         """Return the reasons for which fits are out of date, by their names; a fit without a key states none."""
         return {fit.name: why for fit in fits if fit.key and (why := self.reason(fit))}
 
-    def reason(self, result: Stamped, key: Callable[..., str] = fit_key, stage: str = "fit") -> str:
+    def reason(self, result: DatedResult, key: Callable[..., str] = fit_key, stage: str = "fit") -> str:
         """Return the reason for which a result is out of date; empty where it is not.
 
         Parameters
@@ -192,5 +192,5 @@ def _other_recordings(code: str, then: Iterable[str], now: Iterable[str]) -> str
 
 
 def _named(names: list[str]) -> str:
-    more = len(names) - SHOWN
-    return " ".join(names[:SHOWN]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - SHOWN_RECORDINGS
+    return " ".join(names[:SHOWN_RECORDINGS]) + (f" and {more} more" if more > 0 else "")

@@ -10,7 +10,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
 
-KEYS = ("condition", "segment", "role")
+RESIDUAL_KEYS = ("condition", "segment", "role")
 """Its columns that say where a row belongs."""
 Key = tuple[str, str, str]
 
@@ -27,7 +27,7 @@ def read_residuals(path: Path) -> Iterator[tuple[Key, dict[str, Array]]]:
 
     try:
         # words as numbers, and one row group after the other: an hour at 10 kHz has 36 million rows
-        with pq.ParquetFile(path, read_dictionary=list(KEYS)) as file:
+        with pq.ParquetFile(path, read_dictionary=list(RESIDUAL_KEYS)) as file:
             for group in range(file.num_row_groups):
                 yield from _runs(file.read_row_group(group))
     except (OSError, ValueError, KeyError) as error:
@@ -41,10 +41,10 @@ def unreadable(path: Path, error: Exception) -> DataError:
 
 
 def _runs(rows: Any) -> Iterator[tuple[Key, dict[str, Array]]]:
-    words = [rows.column(k).combine_chunks() for k in KEYS]
+    words = [rows.column(k).combine_chunks() for k in RESIDUAL_KEYS]
     codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
     edges = np.flatnonzero(np.any(np.diff(codes, axis=1) != 0, axis=0)) + 1
-    columns = {n: floats(rows.column(n)) for n in rows.column_names if n not in KEYS}
+    columns = {n: floats(rows.column(n)) for n in rows.column_names if n not in RESIDUAL_KEYS}
     for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(rows)], strict=True):
         found = (str(w.dictionary[int(code)].as_py()) for w, code in zip(words, codes[:, begin], strict=True))
         yield cast(Key, tuple(found)), {name: values[begin:end] for name, values in columns.items()}

@@ -305,10 +305,10 @@ class Workspace:
 
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
-        from mrfit.io.columns import Times
+        from mrfit.io.columns import SampleTimes
         from mrfit.io.tables import write_table
 
-        time = cast(Any, Times(recording.samples, recording.dt))
+        time = cast(Any, SampleTimes(recording.samples, recording.dt))
         about = json.dumps({"schema": RECORDING, **plain(About.of(recording))}, ensure_ascii=False)
         metadata = {"mrfit": about}
         write_table(

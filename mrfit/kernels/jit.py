@@ -19,7 +19,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from mrfit.core import temporary
-from mrfit.core.current_folder import Hidden
+from mrfit.core.current_folder import HiddenFileFinder
 from mrfit.core.workers import interrupts_later
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -66,7 +66,7 @@ if not os.path.isabs(os.environ.get("NUMBA_CACHE_DIR", "")):
     os.environ["NUMBA_CACHE_DIR"] = str(_cache_folder())
 # numba reads settings that lie in the current folder, as it is imported and again whenever it compiles
 SETTINGS = ".numba_config.yaml"
-with Hidden(SETTINGS):
+with HiddenFileFinder(SETTINGS):
     import numba  # the cache folder must be set before
 from numba.core import config, event  # noqa: E402
 

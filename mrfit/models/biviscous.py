@@ -11,7 +11,7 @@ Source: preyield paper eq. 3 with fy as its Figure 4 and its Tables 1-2 have it.
 at yield for fy, fy = C0*vy, which the tables do not obey; the 1.8 and 4.1 mm/s of their rows MH stand for 18 and 41.
 """
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param
+from mrfit.core.specs import Array, DerivedQuantity, ModelSpec, Param
 from mrfit.kernels.jit import clip
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
@@ -30,7 +30,7 @@ SPEC = ModelSpec(
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),
     linear=("fy", "C_inf", "f0"),
-    derived=(Derived("C0", "N*s/m", "fy/vy + C_inf: pre-yield damping"),),
+    derived=(DerivedQuantity("C0", "N*s/m", "fy/vy + C_inf: pre-yield damping"),),
 )
 
 

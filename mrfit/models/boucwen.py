@@ -20,7 +20,7 @@ from functools import partial
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, State, Values
+from mrfit.core.specs import Array, DerivedQuantity, Ends, ModelSpec, Param, ReducedModel, State, Values
 from mrfit.kernels.branch import (
     ROUGH,
     Branch,
@@ -55,11 +55,11 @@ SPEC = ModelSpec(
     ),
     linear=("c", "k", "alpha"),
     derived=(
-        Derived("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
-        Derived("offset", "N", "-k*x0: force at rest in the middle", "offset"),
-        Derived("turnover", "m", "z_max/kappa: travel over which the loop turns from one branch to the other"),
-        Derived("sharpness", "1", "n"),
-        Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
+        DerivedQuantity("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
+        DerivedQuantity("offset", "N", "-k*x0: force at rest in the middle", "offset"),
+        DerivedQuantity("turnover", "m", "z_max/kappa: travel over which the loop turns from one branch to the other"),
+        DerivedQuantity("sharpness", "1", "n"),
+        DerivedQuantity("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
     ),
 )
 
@@ -147,7 +147,7 @@ def _restore(reduced: Array) -> Array:
     return np.column_stack([c, k, -offset / k, yield_force, kappa, beta, gamma, n])
 
 
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(

@@ -23,7 +23,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, Values
+from mrfit.core.specs import Array, DerivedQuantity, Ends, ModelSpec, Param, ReducedModel, Values
 from mrfit.kernels.branch import (
     Branch,
     BranchCurve,
@@ -60,11 +60,13 @@ SPEC = ModelSpec(
     rate_independent=True,
     passive=("A", 1.0, 1.5),
     derived=(
-        Derived("slope", "H", "A*Lc: inductance where z is saturated"),
-        Derived("amplitude", "Wb", "(1-A)*Lc*z_max/D: flux of the saturated z, negative where the coil loses energy"),
-        Derived("turnover", "A", "z_max/kappa: current over which the loop turns from one branch to the other"),
-        Derived("sharpness", "1", "n"),
-        Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
+        DerivedQuantity("slope", "H", "A*Lc: inductance where z is saturated"),
+        DerivedQuantity(
+            "amplitude", "Wb", "(1-A)*Lc*z_max/D: flux of the saturated z, negative where the coil loses energy"
+        ),
+        DerivedQuantity("turnover", "A", "z_max/kappa: current over which the loop turns from one branch to the other"),
+        DerivedQuantity("sharpness", "1", "n"),
+        DerivedQuantity("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
     ),
     free_offset=True,
     co_energy=True,
@@ -216,7 +218,7 @@ def restored(slope: Array, amplitude: Array, rate: Array, exponents: tuple[Array
     return np.column_stack([share, slope / share, kappa, beta, gamma, n1, n2, divisor * z_max])
 
 
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Ends, Param, Reduced, State, Values
+from mrfit.core.specs import Array, DerivedQuantity, Ends, Param, ReducedModel, State, Values
 from mrfit.kernels.two_exponents import driven_by_two, normal_form_of_two, saturation, two_exponents_step
 from mrfit.models import boucwen_flux
 from mrfit.models.boucwen_flux import restored
@@ -39,10 +39,10 @@ SPEC = replace(
     params=(*_ONE.params[:5], *_EXPONENTS, _ONE.params[6]),
     derived=(
         *_ONE.derived[:2],
-        Derived("turnover", "A", "z_max/kappa: current over which the loop turns from one branch to the other"),
-        Derived("sharpness1", "1", "n1"),
-        Derived("sharpness2", "1", "n2"),
-        Derived("rho", "1", "(beta*z_max^n1-gamma*z_max^n2)/kappa: ratio that shapes the loop"),
+        DerivedQuantity("turnover", "A", "z_max/kappa: current over which the loop turns from one branch to the other"),
+        DerivedQuantity("sharpness1", "1", "n1"),
+        DerivedQuantity("sharpness2", "1", "n2"),
+        DerivedQuantity("rho", "1", "(beta*z_max^n1-gamma*z_max^n2)/kappa: ratio that shapes the loop"),
     ),
 )
 
@@ -101,7 +101,7 @@ def _restore(reduced: Array) -> Array:
 
 
 _REDUCED = boucwen_flux.REDUCED.spec
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, Values
+from mrfit.core.specs import Array, DerivedQuantity, Ends, ModelSpec, Param, ReducedModel, Values
 from mrfit.kernels.branch import Branch, BranchCurve, branch_step, driven, driven_roughly
 from mrfit.kernels.points import half_width, inside, largest
 
@@ -48,7 +48,7 @@ SPEC = ModelSpec(
     ),
     linear=("i_c",),
     rate_independent=True,
-    derived=(Derived("L_initial", "H", "1/(1/L + i_c/flux_y): inductance of a demagnetised coil"),),
+    derived=(DerivedQuantity("L_initial", "H", "1/(1/L + i_c/flux_y): inductance of a demagnetised coil"),),
 )
 
 
@@ -93,7 +93,7 @@ def _inverted(theta: Array) -> Array:
     return np.column_stack([1.0 / theta[:, 0], theta[:, 1], 1.0 / theta[:, 2], theta[:, 3:]])
 
 
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
+from mrfit.core.specs import Array, DerivedQuantity, ModelSpec, Param, ReducedModel
 from mrfit.kernels.jit import clip, where
 from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
@@ -38,8 +38,8 @@ SPEC = ModelSpec(
     ),
     linear=("f0",),
     derived=(
-        Derived("vyc", "m/s", "(fy-C0*vh)/(C0-C_inf): lower yield velocity"),
-        Derived("vye", "m/s", "(fy+C0*vh)/(C0-C_inf): upper yield velocity"),
+        DerivedQuantity("vyc", "m/s", "(fy-C0*vh)/(C0-C_inf): lower yield velocity"),
+        DerivedQuantity("vye", "m/s", "(fy+C0*vh)/(C0-C_inf): upper yield velocity"),
     ),
 )
 
@@ -96,7 +96,7 @@ def _restore(reduced: Array) -> Array:
 
 
 # With C0 > C_inf the force is linear in fy and C_inf: F = f0 + C_inf*v + fy*clip(steepness*(v - width*sign(a)), -1, 1)
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(

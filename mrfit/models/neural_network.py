@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Ends, Index, ModelSpec, Param, Reduced, State, Steps, Values
+from mrfit.core.specs import Array, Ends, Index, ModelSpec, Param, ReducedModel, State, Steps, Values
 from mrfit.kernels.elements import response_of
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.network import network
@@ -152,7 +152,7 @@ def _same(theta: Array) -> Array:
 
 
 # Units whose weights are great are saturated and have no slope to follow: the search begins among the smaller ones
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=tuple(

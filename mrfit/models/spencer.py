@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, State, Steps, Values
+from mrfit.core.specs import Array, DerivedQuantity, Ends, ModelSpec, Param, ReducedModel, State, Steps, Values
 from mrfit.kernels.branch import normal_form, printed_form
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.spencer import TOLERANCE, spencer, spencer_step
@@ -52,10 +52,10 @@ SPEC = ModelSpec(
     ),
     linear=("K0", "f0"),
     derived=(
-        Derived("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
-        Derived("turnover", "m", "z_max/A: travel over which the loop turns from one branch to the other"),
-        Derived("sharpness", "1", "n"),
-        Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
+        DerivedQuantity("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
+        DerivedQuantity("turnover", "m", "z_max/A: travel over which the loop turns from one branch to the other"),
+        DerivedQuantity("sharpness", "1", "n"),
+        DerivedQuantity("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
     ),
 )
 
@@ -125,7 +125,7 @@ def _restore(reduced: Array) -> Array:
 
 
 # All forces of the element in series scale with its yield force, in which the response then is linear
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(

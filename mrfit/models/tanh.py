@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, ModelSpec, Param, Reduced
+from mrfit.core.specs import Array, ModelSpec, Param, ReducedModel
 from mrfit.kernels.points import inside, tanh_points
 from mrfit.kernels.theta import evaluate
 
@@ -66,7 +66,7 @@ def _restore(reduced: Array) -> Array:
 
 
 # a2/a1 shifts the loop's flanks by a share of x whatever their slope is; a2 does so the less, the steeper they are
-REDUCED = Reduced(
+REDUCED = ReducedModel(
     spec=replace(
         SPEC,
         params=(*SPEC.params[:2], Param("lead", "1/s", -30.0, 30.0, 0.75, text="a2/a1"), *SPEC.params[3:]),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.core.setting import Defined, defined
+from mrfit.core.setting import SettingField, defined
 from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.report.determined import sentences, words_of
@@ -251,7 +251,7 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
     return [(label, text) for label, text in facts if text]
 
 
-def changes(settings: Mapping[str, Any], fields: Sequence[Defined] = defined(FitSettings)) -> str:
+def changes(settings: Mapping[str, Any], fields: Sequence[SettingField] = defined(FitSettings)) -> str:
     """Return what the user set otherwise than the model and the optimizer have it, in words."""
     told = [
         (f, f.setting.told, settings[f.name]) for f in fields if f.setting and f.setting.told and f.name in settings

@@ -15,7 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.core.width import Width
 from mrfit.errors import DataError
 from mrfit.io.memory import check_room
-from mrfit.io.residuals import KEYS, Key, read_residuals, unreadable
+from mrfit.io.residuals import RESIDUAL_KEYS, Key, read_residuals, unreadable
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import FluxFile, IngestFile
 from mrfit.io.workspace import Workspace
@@ -114,7 +114,7 @@ def _check_room(workspace: Workspace, fits: list[Fit]) -> None:
     for fit in fits:
         path = workspace.fit_folder(fit.name) / "residuals.parquet"
         with suppress(OSError, ValueError), pq.ParquetFile(path) as file:
-            size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - len(KEYS))
+            size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - len(RESIDUAL_KEYS))
     check_room(f"{workspace.root}: all samples of {len(fits)} fit{'s' * (len(fits) != 1)}", size)
 
 

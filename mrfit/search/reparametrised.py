@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Reduced
+from mrfit.core.specs import Array, ReducedModel
 from mrfit.search import coarse_to_fine
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.limits import SearchContext
@@ -53,7 +53,7 @@ def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> Sea
 class _Way:
     """The way from reduced parameters back to a model's own, each in its cube."""
 
-    reduced: Reduced
+    reduced: ReducedModel
     cube: Cube
     own: Cube
 

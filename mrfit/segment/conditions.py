@@ -12,16 +12,16 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 
 # Segments are repeats of one condition if they differ by less than this.
-SAME_FREQUENCY, SAME_AMPLITUDE, SAME_LEVEL, SAME_TEMPERATURE = 0.03, 0.05, 0.03, 5.0
+SAME_TEST_FREQUENCY, SAME_TEST_AMPLITUDE, SAME_TEST_LEVEL, SAME_TEMPERATURE = 0.03, 0.05, 0.03, 5.0
 LEAST_CURRENT = 0.02
 # A stated value names a condition if the data agree with it within this share.
-STATED = 0.25
+STATED_TOLERANCE = 0.25
 # Share of the conditions that is held out
 CONDITIONS_HELD_OUT = 0.25
 FEWEST_FOR_HOLDOUT = 4
 BIAS = 0.1
-ROUNDED = 0.02
-UNITS: Mapping[str, tuple[float, str]] = {
+ROUNDED_LEVEL = 0.02
+CONDITION_UNITS: Mapping[str, tuple[float, str]] = {
     "current": (1.0, "A"),
     "displacement": (1e3, "mm"),
     "velocity": (1e3, "mmps"),
@@ -32,7 +32,7 @@ QUANTITIES = (*NAMING, "offset", "temperature")
 
 
 @dataclass(frozen=True, slots=True)
-class _Stated:
+class _SegmentConditions:
     """A segment with the stated values that its data agree with, nan where there is none.
 
     ``others`` are the stated values of all other quantities, ``words`` how a name says these.
@@ -76,7 +76,7 @@ def name_conditions(
     return named
 
 
-def _agreed(segment: Segment, stated: Mapping[str, float], wording: Mapping[str, str]) -> _Stated:
+def _agreed(segment: Segment, stated: Mapping[str, float], wording: Mapping[str, str]) -> _SegmentConditions:
     given = dict(stated)
     if "amplitude" not in given and segment.drive in given:
         # A coil test's file name gives one current: its amplitude.
@@ -84,31 +84,33 @@ def _agreed(segment: Segment, stated: Mapping[str, float], wording: Mapping[str,
     values = {}
     for name in NAMING:
         value, measured = given.get(name, np.nan), float(getattr(segment, name))
-        agrees = abs(value - measured) <= max(STATED * abs(measured), LEAST_CURRENT if name == "current" else 0.0)
+        agrees = abs(value - measured) <= max(
+            STATED_TOLERANCE * abs(measured), LEAST_CURRENT if name == "current" else 0.0
+        )
         values[name] = value if agrees else np.nan
     own = {*values, segment.drive, "resistance", FLUX_RESISTANCE}
     others = {n: v for n, v in sorted(given.items()) if n not in own and not n.startswith("measured_")}
     words = tuple(wording.get(n) or _worded(n, v) for n, v in others.items())
-    return _Stated(segment, **values, others=others, words=words)
+    return _SegmentConditions(segment, **values, others=others, words=words)
 
 
 def _worded(name: str, value: float) -> str:
     return f"{value:.6g}degC" if name == "temperature" else f"{name}{value:.6g}"
 
 
-def _clusters(members: Sequence[_Stated]) -> list[list[int]]:
+def _clusters(members: Sequence[_SegmentConditions]) -> list[list[int]]:
     """Return indices grouped so that segments that are alike, or linked by a chain of alike ones, are together."""
     clusters = [c for island in _islands(members) for c in _linked(members, island)]
     return sorted(clusters, key=lambda cluster: cluster[0])
 
 
-def _islands(members: Sequence[_Stated]) -> list[list[int]]:
+def _islands(members: Sequence[_SegmentConditions]) -> list[list[int]]:
     """Return indices parted where no chain of alike segments crosses a gap in frequency, or in amplitude.
 
     Comparing every two segments of a thousand logs would take longer than reading these.
     """
     islands = [list(range(len(members)))]
-    for name, share in (("frequency", SAME_FREQUENCY), ("amplitude", SAME_AMPLITUDE)):
+    for name, share in (("frequency", SAME_TEST_FREQUENCY), ("amplitude", SAME_TEST_AMPLITUDE)):
         parted = []
         for island in islands:
             values = np.array([float(getattr(members[i].segment, name)) for i in island])
@@ -120,7 +122,7 @@ def _islands(members: Sequence[_Stated]) -> list[list[int]]:
     return islands
 
 
-def _linked(members: Sequence[_Stated], left: list[int]) -> list[list[int]]:
+def _linked(members: Sequence[_SegmentConditions], left: list[int]) -> list[list[int]]:
     """Return indices grouped by chains of alike segments, all compared with each other."""
     clusters = []
     while left:
@@ -134,7 +136,7 @@ def _linked(members: Sequence[_Stated], left: list[int]) -> list[list[int]]:
     return clusters
 
 
-def _alike(one: _Stated, other: _Stated) -> bool:
+def _alike(one: _SegmentConditions, other: _SegmentConditions) -> bool:
     a, b = one.segment, other.segment
     if (a.waveform, a.drive) != (b.waveform, b.drive):
         return False
@@ -147,28 +149,28 @@ def _alike(one: _Stated, other: _Stated) -> bool:
         return False
     amplitude = max(a.amplitude, b.amplitude)
     limits = {
-        "frequency": SAME_FREQUENCY * max(a.frequency, b.frequency),
-        "amplitude": SAME_AMPLITUDE * amplitude,
-        "current": max(SAME_LEVEL * max(abs(a.current), abs(b.current)), LEAST_CURRENT),
+        "frequency": SAME_TEST_FREQUENCY * max(a.frequency, b.frequency),
+        "amplitude": SAME_TEST_AMPLITUDE * amplitude,
+        "current": max(SAME_TEST_LEVEL * max(abs(a.current), abs(b.current)), LEAST_CURRENT),
         "temperature": SAME_TEMPERATURE,
-        "offset": SAME_AMPLITUDE * amplitude if a.drive == "current" else np.inf,
+        "offset": SAME_TEST_AMPLITUDE * amplitude if a.drive == "current" else np.inf,
     }
     return not any(abs(getattr(a, n) - getattr(b, n)) > limit for n, limit in limits.items()) and (
         np.isnan(a.current) == np.isnan(b.current)
     )
 
 
-def _median(members: Sequence[_Stated], name: str) -> float:
+def _median(members: Sequence[_SegmentConditions], name: str) -> float:
     values = [v for m in members if np.isfinite(v := float(getattr(m.segment, name)))]
     return float(np.median(values)) if values else float("nan")
 
 
-def _sorting_key(members: Sequence[_Stated]) -> tuple[object, ...]:
+def _sorting_key(members: Sequence[_SegmentConditions]) -> tuple[object, ...]:
     first = members[0].segment
     return (first.waveform, first.drive, *(np.nan_to_num(_median(members, n), nan=-1e300) for n in QUANTITIES))
 
 
-def _unique_name(members: Sequence[_Stated], taken: set[str]) -> str:
+def _unique_name(members: Sequence[_SegmentConditions], taken: set[str]) -> str:
     """Return the shortest name not yet taken: with the temperature, or with more digits, where the plain one is."""
     temperature = _median(members, "temperature")
     tail = f"-{temperature:.0f}degC" if np.isfinite(temperature) and "temperature" not in members[0].others else ""
@@ -180,9 +182,9 @@ def _unique_name(members: Sequence[_Stated], taken: set[str]) -> str:
     return next(n for k in range(2, len(taken) + 3) if (n := f"{_name(members, 6)}-{k}") not in taken)
 
 
-def _name(members: Sequence[_Stated], digits: int) -> str:
+def _name(members: Sequence[_SegmentConditions], digits: int) -> str:
     first = members[0].segment
-    scale, unit = UNITS.get(first.drive, (1.0, first.drive))
+    scale, unit = CONDITION_UNITS.get(first.drive, (1.0, first.drive))
     parts = [first.waveform]
     if first.frequency > 0.0:
         parts.append(f"{_shown(members, 'frequency', 1.0, digits)}Hz")
@@ -195,7 +197,7 @@ def _name(members: Sequence[_Stated], digits: int) -> str:
     return "-".join([*parts, *min(m.words for m in members)])
 
 
-def _shown(members: Sequence[_Stated], name: str, scale: float, digits: int) -> str:
+def _shown(members: Sequence[_SegmentConditions], name: str, scale: float, digits: int) -> str:
     stated = [v for m in members if np.isfinite(v := getattr(m, name))]
     if stated:
         return f"{float(f'{stated[0] * scale:.6g}'):g}"
@@ -208,7 +210,7 @@ def _shown(members: Sequence[_Stated], name: str, scale: float, digits: int) -> 
 def _rounded(value: float, digits: int) -> str:
     """Return a number in as few digits, ``digits`` or more, as hold it within 2 %."""
     texts = [f"{float(f'{value:.{n}g}'):.10g}" for n in range(digits, digits + 3)]
-    return next((t for t in texts if abs(float(t) - value) <= ROUNDED * abs(value)), texts[-1])
+    return next((t for t in texts if abs(float(t) - value) <= ROUNDED_LEVEL * abs(value)), texts[-1])
 
 
 def cut_blocks(segments: Sequence[Segment], cycles: int) -> list[Segment]:
@@ -385,7 +387,11 @@ def _grid(segments: Sequence[Segment], conditions: Sequence[str]) -> tuple[Array
     """
     first = {s.condition: s for s in reversed(segments)}
     columns = []
-    for name, tolerance in (("frequency", SAME_FREQUENCY), ("amplitude", SAME_AMPLITUDE), ("current", SAME_LEVEL)):
+    for name, tolerance in (
+        ("frequency", SAME_TEST_FREQUENCY),
+        ("amplitude", SAME_TEST_AMPLITUDE),
+        ("current", SAME_TEST_LEVEL),
+    ):
         values = np.nan_to_num(np.array([float(getattr(first[c], name)) for c in conditions]))
         order = np.argsort(values, kind="stable")
         sorted_values = values[order]

@@ -15,13 +15,13 @@ from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.noise import noise_level
 from mrfit.signal.thinning import thinned
 
-MOVED = ("displacement", "velocity", "angle", "angular_velocity")
+MOVED_DRIVES = ("displacement", "velocity", "angle", "angular_velocity")
 # An irregular stretch beside periodic ones must be this long and large to be a test of its own.
 IRREGULAR_SHARE = 0.2
-FEWEST_SAMPLES = 100
+FEWEST_CYCLE_SAMPLES = 100
 # Share of an irregular segment by which the model only settles.
 LEAD_IN = 0.1
-HELD = 0.05
+HELD_SHARE = 0.05
 # How much more departure is accepted in an unsteady recording, and how much more of it that must find.
 UNSTEADY = 3.0
 GAIN = 1.3
@@ -62,7 +62,7 @@ def drive_channel(recording: Recording, wanted: str | None) -> str | None:
         return wanted if wanted in recording.channels else None
     coil = ("current",) if {"flux", "voltage"} & set(recording.channels) else ()
     damper = {"force", "torque"} & set(recording.channels)
-    order = (*MOVED, "current") if damper else (*coil, *MOVED, "current")
+    order = (*MOVED_DRIVES, "current") if damper else (*coil, *MOVED_DRIVES, "current")
     return next((n for n in order if n in recording.channels and _moves(recording.channels[n])), None)
 
 
@@ -120,7 +120,7 @@ def _detected(
             ]
     ranges = [_periodic(recording, drive, s, settle) for s in stretches]
     for gap in gaps(stretches, len(values)):
-        if gap[1] - gap[0] < max(FEWEST_SAMPLES, IRREGULAR_SHARE * len(values)):
+        if gap[1] - gap[0] < max(FEWEST_CYCLE_SAMPLES, IRREGULAR_SHARE * len(values)):
             continue
         piece = _irregular(recording, drive, gap, bool(stretches))
         ranges += [piece] if piece else []
@@ -174,7 +174,7 @@ def held_level(recording: Recording, name: str, start: int, stop: int) -> float:
     window = part_of(recording.channels[name], start, stop)
     mean, spread = mean_and_deviation(window)
     # A temperature drifts in any test, so its mean is its level.
-    limit = max(HELD * abs(mean), 1.5 * noise_level(window), 0.02 * span(recording.channels[name]))
+    limit = max(HELD_SHARE * abs(mean), 1.5 * noise_level(window), 0.02 * span(recording.channels[name]))
     return mean if spread <= limit or name == "temperature" else float("nan")
 
 

@@ -12,10 +12,10 @@ SINE_MISFIT = 0.2
 TRIANGLE_MISFIT = 0.06
 STILL_NOISE = 8.0
 REVERSAL_SWING = 0.05
-BLOCKS = 400
+WAVEFORM_BLOCKS = 400
 STILL_SHARE = 0.6
-FEW = 12
-STRAIGHT = 0.03
+FEW_CHANGES = 12
+STRAIGHT_RAMP = 0.03
 
 
 def periodic_waveform(fit: HarmonicFit) -> str:
@@ -46,16 +46,16 @@ def irregular_waveform(values: Array) -> str | None:
     the time, as in an earthquake, ``quasi-static`` of few slow ramps, else ``random``.
     """
     span, noise = float(np.ptp(values)), noise_level(values)
-    if span <= STILL_NOISE * noise or span == 0.0 or len(values) < 3 * FEW:
+    if span <= STILL_NOISE * noise or span == 0.0 or len(values) < 3 * FEW_CHANGES:
         return None
     levels, share = _plateaus(values, noise)
     jumps = int(np.sum(np.abs(np.diff(levels)) > REVERSAL_SWING * span))
-    if share >= STILL_SHARE and 0 < jumps <= FEW:
+    if share >= STILL_SHARE and 0 < jumps <= FEW_CHANGES:
         return "step"
     if share >= STILL_SHARE:
         return "random" if jumps else "transient"
     points = turning_points(values, max(REVERSAL_SWING * span, STILL_NOISE * noise))
-    if len(points) - 2 <= FEW or _straight(values, points):
+    if len(points) - 2 <= FEW_CHANGES or _straight(values, points):
         return "quasi-static"
     return "random"
 
@@ -67,7 +67,7 @@ def _plateaus(values: Array, noise: float) -> tuple[Array, float]:
     moves by a 40th of its span in that time, which is more than a plateau may. Motion too passes where it was, but
     not for several blocks on end.
     """
-    size = max(4, len(values) // BLOCKS)
+    size = max(4, len(values) // WAVEFORM_BLOCKS)
     means = values[: len(values) // size * size].reshape(-1, size).mean(axis=1)
     lag = max(1, len(means) // 40)
     change = np.abs(means[lag:] - means[:-lag])
@@ -85,4 +85,4 @@ def _straight(values: Array, points: Array | np.ndarray) -> bool:
         ramp = values[a] + (values[b] - values[a]) * np.arange(b - a + 1) / (b - a)
         rms = np.sqrt(np.mean((values[a : b + 1] - ramp) ** 2))
         departures.append(rms / abs(values[b] - values[a]))
-    return float(np.median(departures)) < STRAIGHT
+    return float(np.median(departures)) < STRAIGHT_RAMP

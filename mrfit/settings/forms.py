@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from mrfit.core.setting import Form
+from mrfit.core.setting import SettingForm
 from mrfit.errors import ConfigError
 
 Names = tuple[str, ...]
@@ -201,43 +201,43 @@ def _flat(tables: Mapping[str, Any]) -> Pairs:
     return tuple((f"{name}.{own}".rstrip("."), value) for name, table in whole for own, value in table.items())
 
 
-NUMBERS = Form(list[str] | None, numbers, dict[str, float], lambda table: tuple(table.items()), _numbers_taken)
-TEXTS = Form(
+NUMBERS = SettingForm(list[str] | None, numbers, dict[str, float], lambda table: tuple(table.items()), _numbers_taken)
+TEXTS = SettingForm(
     list[str] | None,
     lambda option, items: tuple(pairs(option, items)),
     dict[str, str],
     lambda table: tuple(table.items()),
     _texts_taken,
 )
-CONSTANTS = Form(
+CONSTANTS = SettingForm(
     list[str] | None,
     constants,
     dict[str, float | dict[str, float]],
     _flat,
     lambda name, value: _numbers_taken(name, dict(_flat(value)) if isinstance(value, Mapping) else value),
 )
-LIMITS = Form(
+LIMITS = SettingForm(
     list[str] | None,
     limits,
     dict[str, tuple[float, float]],
     lambda table: tuple((n, low, high) for n, (low, high) in table.items()),
     _limits_taken,
 )
-OHMS = Form(
+OHMS = SettingForm(
     str | None,
     lambda option, text: ohms(text),
     float | Literal["auto"] | None,
     lambda value: value,
     _ohms_taken,
 )
-ORDER = Form(str, lambda option, text: text, str | int, str, _order_taken)
-SIZE = Form(
+ORDER = SettingForm(str, lambda option, text: text, str | int, str, _order_taken)
+SIZE = SettingForm(
     str | None,
     lambda option, text: None if text is None else size_of(text),
     str | None,
     lambda text: None if text is None else size_of(text),
     _size_taken,
 )
-NAMES = Form(str, lambda option, text: names(text), list[str], tuple, _names_taken, write=",".join)
-LISTED = Form(list[str] | None, lambda option, items: tuple(items or ()), list[str], tuple, _names_taken)
-PATH = Form(Path | None, lambda option, path: path, str | None, lambda t: Path(t) if t else None, _path_taken)
+NAMES = SettingForm(str, lambda option, text: names(text), list[str], tuple, _names_taken, write=",".join)
+LISTED = SettingForm(list[str] | None, lambda option, items: tuple(items or ()), list[str], tuple, _names_taken)
+PATH = SettingForm(Path | None, lambda option, path: path, str | None, lambda t: Path(t) if t else None, _path_taken)

@@ -34,7 +34,7 @@ from mrfit.core.protocols import (
     ScalesParameters,
     ShapesOutput,
 )
-from mrfit.core.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
+from mrfit.core.specs import Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.simulate.middles import apart, between, halved, middles_of
@@ -80,7 +80,7 @@ class Assembly:
     derived: Callable[[Array], Array]
     start_values: Callable[[Array, Array, float], dict[str, float]]
     rough: Response | None = None
-    reduced: Reduced | None = None
+    reduced: ReducedModel | None = None
     sensitivities: Sensitivities | None = None
     far_starts: Callable[[Array, Array, float], list[dict[str, float]]] | None = None
     alone: bool = False

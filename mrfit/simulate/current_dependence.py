@@ -26,7 +26,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Index, ModelSpec, Param
+from mrfit.core.specs import Array, DerivedQuantity, Index, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
 
 HIGHEST = 4
@@ -337,13 +337,13 @@ def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
     return form == LOG if form else param.scale == "log" and param.name not in spec.linear
 
 
-def _coefficient(param: Param, piece: CurrentPiece, power: int, pieces: Sequence[CurrentPiece], form: str) -> Derived:
+def _coefficient(param: Param, piece: CurrentPiece, power: int, pieces: Sequence[CurrentPiece], form: str) -> DerivedQuantity:
     name, unit = (f"ln({param.name})", "1") if form == LOG and piece.order > 0 else (param.name, param.unit)
     place = "" if len(pieces) == 1 else f"({piece.low:.4g}..{piece.high:.4g}A)"
     knee = knee_of(form, (pieces[0].low, pieces[-1].high))
     of = f"({knee:.4g} A*tanh(i/{knee:.4g} A))^{power}" if knee else f"i^{power}"
     text = f"coefficient of {of} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
-    return Derived(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
+    return DerivedQuantity(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
 
 
 def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, current: Array) -> Array:

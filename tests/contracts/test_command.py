@@ -11,7 +11,7 @@ import pytest
 from mrfit.contracts import effects, models, optimizers, readers
 from mrfit.contracts.check import applying, broken
 from mrfit.core import plugins
-from mrfit.core.specs import Derived, EffectSpec, ModelSpec, OptimizerSpec, Param, ReaderSpec
+from mrfit.core.specs import DerivedQuantity, EffectSpec, ModelSpec, OptimizerSpec, Param, ReaderSpec
 from tests.plugin_files import EXAMPLE, acme_log, run_python
 
 EXAMPLES = [EXAMPLE / "mrfit_example" / f"{n}.py" for n in ("cubic_damper", "hardening_spring", "hooke", "acme")]
@@ -104,9 +104,9 @@ MODELS = {
         "SPEC": replace(SPEC, rate_independent=True),
         "response": lambda drive, theta, dt: line(np.gradient(drive, dt, axis=1), theta, dt),
     },
-    "derived_quantities_have_their_function": {"SPEC": replace(SPEC, derived=(Derived("d", "N"),))},
+    "derived_quantities_have_their_function": {"SPEC": replace(SPEC, derived=(DerivedQuantity("d", "N"),))},
     "derived_quantities_have_their_shape": {
-        "SPEC": replace(SPEC, derived=(Derived("d", "N"),)),
+        "SPEC": replace(SPEC, derived=(DerivedQuantity("d", "N"),)),
         "derived": lambda theta: theta,
     },
     "start_values_are_inside_the_bounds": {"start_values": _starts},

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.core.remembered import LONGEST, remembered
+from mrfit.core.remembered import MOST_REMEMBERED, remembered
 from mrfit.core.specs import Array
 
 
@@ -19,7 +19,7 @@ def test_what_is_remembered_is_what_the_function_returns(values: list[float], fa
         assert kept(array, factor, last=ends) == scaled(array, factor, last=ends)
 
 
-@pytest.mark.parametrize(("samples", "calls"), [(LONGEST, 1), (LONGEST + 1, 3)])
+@pytest.mark.parametrize(("samples", "calls"), [(MOST_REMEMBERED, 1), (MOST_REMEMBERED + 1, 3)])
 def test_only_results_of_short_arrays_are_remembered_and_by_content(samples: int, calls: int) -> None:
     seen = []
 

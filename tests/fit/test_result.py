@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrfit.core.specs import Derived, ModelSpec, Param
+from mrfit.core.specs import DerivedQuantity, ModelSpec, Param
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
 from mrfit.fit.result import NONE, derived_rows, warnings_of, with_intervals
@@ -110,7 +110,9 @@ def derived_row(value: float, width: float, role: str = "", ranges: Mapping[str,
     """The row of a quantity 3·a of a parameter a between -10 and 10, whose interval in the cube is so wide."""
     place = (value / 3.0 + 10.0) / 20.0
     params = (Param("a", "N", -10.0, 10.0, 0.0),)
-    spec = ModelSpec("m", "m", "", "", ("velocity",), "force", params, derived=(Derived("three", "N", role=role),))
+    spec = ModelSpec(
+        "m", "m", "", "", ("velocity",), "force", params, derived=(DerivedQuantity("three", "N", role=role),)
+    )
     assembly = Assembly("m", spec, lambda *_: np.empty(0), lambda theta: 3.0 * theta, lambda *_: {})
     spread = width / 60.0 / 2.0 / 1.96
     found = Uncertainty(np.array([[spread**2]]), np.eye(1), np.array([False]), np.array([spread]), np.ones(1), 1e9)

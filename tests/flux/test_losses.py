@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mrfit.flux.losses import Loop, estimate_resistance, groups, loop_of, separate
+from mrfit.flux.losses import LoopEnergy, estimate_resistance, groups, loop_of, separate
 from mrfit.signal.cycles import steady_stretches
 from tests.flux.records import coil
 
@@ -10,7 +10,7 @@ FREQUENCIES = (1.0, 5.0, 10.0)
 
 def loop(
     frequency: float, amplitude: float, noise: float = 0.0, seed: int = 0, per_cycle: int = 500, **planted: float
-) -> Loop:
+) -> LoopEnergy:
     dt = 1 / (frequency * per_cycle)
     channels = coil(frequency, amplitude, per_cycle=per_cycle, **planted)
     rng = np.random.default_rng(seed)

@@ -18,7 +18,7 @@ from mrfit.ingest import hashes, series
 from mrfit.ingest.containers import memory
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import Item, Pieces, read_item
+from mrfit.ingest.reading import BlockReading, LogItem, read_item
 from mrfit.ingest.stage import Settings, preview, run
 from mrfit.io.memory import free_memory
 from mrfit.io.tables import write_table
@@ -50,7 +50,7 @@ def ingested(name: str, data: bytes, block: int) -> dict[str, bytes] | str:
 
 def assert_same(name: str, data: bytes, block: int, chunk: int) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(series, "CHUNK", chunk)
+        patch.setattr(series, "SERIES_CHUNK", chunk)
         parts, whole = ingested(name, data, block), ingested(name, data, WHOLE)
     if isinstance(parts, str) and isinstance(whole, str):
         return  # refused both ways; of several reasons another may be met first
@@ -114,7 +114,7 @@ def long_log(path: Path, rows: int = 3000, pause: int = 0) -> Path:
 def test_gaps_missing_rows_and_jitter_are_the_same_in_blocks(
     tmp_path: Path, jitter: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(series, "CHUNK", 250)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 250)
     path = long_log(tmp_path / "log.csv", pause=1800)
     if jitter:
         rng = np.random.default_rng(0)
@@ -147,8 +147,8 @@ def test_progress_moves_while_a_long_log_is_read(tmp_path: Path, monkeypatch: py
 
 def test_a_log_that_grows_while_it_is_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = long_log(tmp_path / "log.csv")
-    item = Item(((path, "the hash of what it was"),), "delimited", Rules())
-    outcome = read_item(item, Pieces(tmp_path / "numbers", 2000))
+    item = LogItem(((path, "the hash of what it was"),), "delimited", Rules())
+    outcome = read_item(item, BlockReading(tmp_path / "numbers", 2000))
     assert [r.reason for r in outcome.refusals] == ["it changed while it was read"]
     assert not outcome.recordings
 
@@ -253,5 +253,5 @@ def test_a_plugin_reader_that_reads_no_blocks_is_given_long_logs_as_a_whole(
     plugins.use(EXAMPLE / "mrfit_example" / "acme.py")
     path = acme_log(tmp_path / "run.log", seconds=2.0)
     digest = hash_of(path)
-    outcome = read_item(Item(((path, digest),), "acme", Rules()), Pieces(tmp_path / "pieces", block=500))
+    outcome = read_item(LogItem(((path, digest),), "acme", Rules()), BlockReading(tmp_path / "pieces", block=500))
     assert outcome.recordings[0].rows_kept == 1000

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from mrfit.core.recording import Recording
-from mrfit.ingest.build import Origin, build
+from mrfit.ingest.build import LogOrigin, build
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules, TimeRule
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Refused, Table
+from mrfit.ingest.table import Column, RejectedRow, Table
 from tests.ingest.conftest import ReadLog
 
 N = 200
@@ -18,7 +18,7 @@ def _table(values: np.ndarray, time: np.ndarray | None = None, **more: object) -
 
 
 def _build(table: Table, rules: Rules | None = None) -> list[Recording]:
-    return build(table, Origin("log.csv", "abc", "delimited", rules or Rules()))
+    return build(table, LogOrigin("log.csv", "abc", "delimited", rules or Rules()))
 
 
 WAVE = np.sin(0.1 * np.arange(N))
@@ -78,7 +78,7 @@ def test_holes_of_an_unnamed_column_cost_no_rows() -> None:
 def test_rows_refused_by_the_reader_leave_holes_where_there_is_no_time_column() -> None:
     lines = np.delete(np.arange(2, N + 2), 100)
     table = Table(
-        (Column("force", "N", np.delete(WAVE, 100), 0),), lines, dt=1e-3, refused=(Refused("short row", 102),)
+        (Column("force", "N", np.delete(WAVE, 100), 0),), lines, dt=1e-3, refused=(RejectedRow("short row", 102),)
     )
     (record,) = _build(table)
     assert record.samples == N

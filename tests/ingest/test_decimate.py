@@ -12,7 +12,7 @@ import mrfit
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest import series
-from mrfit.ingest.decimate import KEPT, decimated, filter_of
+from mrfit.ingest.decimate import KEPT_BAND, decimated, filter_of
 from mrfit.ingest.refusal import Refusal
 from tests.batch.logs import write_log
 
@@ -24,7 +24,7 @@ def recording(values: np.ndarray, dt: float = DT) -> Recording:
 
 
 @settings(deadline=None, max_examples=20)
-@given(st.integers(2, 40), st.floats(0.01, KEPT), st.floats(0.0, 6.0))
+@given(st.integers(2, 40), st.floats(0.01, KEPT_BAND), st.floats(0.0, 6.0))
 def test_what_is_slow_enough_stays_as_it_was_without_delay(factor: int, share: float, phase: float) -> None:
     frequency = share / (2.0 * DT * factor)
     time = np.arange(400 * factor) * DT
@@ -50,7 +50,7 @@ def test_what_the_new_rate_could_not_tell_from_slower_motion_is_gone(factor: int
 def test_a_channel_on_disk_gives_what_one_in_memory_does(factor: int, monkeypatch: pytest.MonkeyPatch) -> None:
     values = np.cumsum(np.random.default_rng(0).standard_normal(20_000))
     whole = decimated(recording(values), factor).channels["force"]
-    monkeypatch.setattr(series, "CHUNK", 4096)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 4096)
     on_disk = series.Series(len(values), lambda a, b: values[a:b])
     parts = decimated(recording(on_disk), factor).channels["force"]  # type: ignore[arg-type]
     assert not isinstance(parts, np.ndarray) and len(parts) == len(whole)
@@ -112,7 +112,7 @@ def test_what_does_not_fit_into_memory_is_said_before_it_is_read(
     stage.run([log, tmp_path / "b.csv"], Settings(), workspace)
     segment_stage.run(workspace, segment_stage.Settings())
     # 1200 samples of three channels each: one fits, both do not
-    monkeypatch.setattr(memory, "free_memory", lambda: 1.5 * memory.COPIES * 8.0 * 1200 * 3)
+    monkeypatch.setattr(memory, "free_memory", lambda: 1.5 * memory.SAMPLE_COPIES * 8.0 * 1200 * 3)
     assert workspace.read_recording("a").samples == 1200
     with pytest.raises(DataError, match=r"all samples of 2 recordings need about .* write decimate = 2 or more"):
         read_dataset(workspace)

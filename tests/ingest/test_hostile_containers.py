@@ -111,7 +111,7 @@ def greedy(reader: str, source: Source, named: str) -> None:
 @pytest.mark.slow
 def test_a_library_that_goes_round_in_circles_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A text of varying length of which HDF5 follows the address for ever."""
-    monkeypatch.setattr(apart, "SECONDS", 4.0)
+    monkeypatch.setattr(apart, "READING_SECONDS", 4.0)
     (tmp_path / "good.csv").write_text(GOOD)
     (tmp_path / "loop.h5").write_bytes((HOSTILE / "loop.h5").read_bytes())
     summary = run([tmp_path], Settings(), Workspace(tmp_path / "w"))

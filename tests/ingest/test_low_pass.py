@@ -11,7 +11,7 @@ import mrfit
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest import series
-from mrfit.ingest.low_pass import GONE, KEPT, low_passed
+from mrfit.ingest.low_pass import PASS_BAND, STOP_BAND_BEGIN, low_passed
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 from tests.conftest import Run
@@ -32,14 +32,14 @@ def passed(frequency: float, limit: float, phase: float = 0.0) -> tuple[np.ndarr
 
 
 @settings(deadline=None, max_examples=15)
-@given(st.floats(8.0, 100.0), st.floats(0.05, KEPT), st.floats(0.0, 6.0))
+@given(st.floats(8.0, 100.0), st.floats(0.05, PASS_BAND), st.floats(0.0, 6.0))
 def test_what_is_slow_keeps_its_size_and_is_not_late(limit: float, share: float, phase: float) -> None:
     before, after = passed(share * limit, limit, phase)
     assert np.max(np.abs(after - before)) < 3e-3
 
 
 @settings(deadline=None, max_examples=15)
-@given(st.floats(8.0, 100.0), st.floats(GONE, 3.0))
+@given(st.floats(8.0, 100.0), st.floats(STOP_BAND_BEGIN, 3.0))
 def test_what_is_fast_is_gone(limit: float, times: float) -> None:
     assert np.max(np.abs(passed(times * limit, limit)[1])) < 3e-3
 
@@ -65,7 +65,7 @@ def test_a_channel_on_disk_gives_what_one_in_memory_does(monkeypatch: pytest.Mon
     values = np.cumsum(np.random.default_rng(0).standard_normal(20_000))
     rules = Rules(low_pass={"force": 20.0})
     whole = low_passed(recording(values), rules).channels["force"]
-    monkeypatch.setattr(series, "CHUNK", 4096)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 4096)
     on_disk = series.Series(len(values), lambda a, b: values[a:b])
     parts = low_passed(recording(on_disk), rules).channels["force"]  # type: ignore[arg-type]
     np.testing.assert_allclose(parts[:], whole, rtol=0.0, atol=1e-9 * np.max(np.abs(whole)))

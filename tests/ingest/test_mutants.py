@@ -79,7 +79,8 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 # The second header has a time in another unit; an unknown unit stands in the first; the first row is damaged; a garbled
-# cell looks like a factor; overload marks stand around the header; rows stand above the only header that can be read.
+# cell looks like a factor; overload marks stand around the header; rows stand above the only header that can be read; a damaged row
+# stands right above the second.
 @pytest.mark.parametrize(
     ("name", "number"),
     [
@@ -89,6 +90,7 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
         ("delimited-blanks-two-headers", 119),
         ("delimited-semicolon-two-headers", 170),
         ("leybold-cassy-two-headers", 123),
+        ("leybold-cassy-two-headers", 810007),
     ],
 )
 def test_a_header_within_a_log_is_seen_whatever_else_is_damaged(name: str, number: int) -> None:

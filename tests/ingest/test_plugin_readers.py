@@ -8,7 +8,7 @@ from mrfit.core import plugins
 from mrfit.ingest.dispatch import reader_of
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import Item, read_item
+from mrfit.ingest.reading import LogItem, read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import open_head
 from tests.ingest.samples import sample
@@ -76,7 +76,7 @@ def test_a_plugin_reader_that_fails_is_named_with_the_log(tmp_path: Path, sniff:
     log.write_text("time (s),force (N)\n" + "".join(f"{k / 1000},{k % 7}\n" for k in range(500)))
     path = rival(tmp_path, sniff)
     try:
-        outcome = read_item(Item(((log, hash_of(log)),), reader_of(open_head(log)), Rules()))
+        outcome = read_item(LogItem(((log, hash_of(log)),), reader_of(open_head(log)), Rules()))
         (refusal,) = outcome.refusals
     except Refusal as error:
         refusal = error

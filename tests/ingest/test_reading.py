@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import Item, read_item
+from mrfit.ingest.reading import LogItem, read_item
 from mrfit.ingest.refusal import Refusal
 from tests.ingest.samples import sample
 
@@ -22,7 +22,7 @@ def test_damaged_part_is_refused_and_its_siblings_are_read(tmp_path: Path) -> No
     two, three = tmp_path / "F0004CH2.CSV", tmp_path / "F0004CH3.CSV"
     two.write_bytes(truth.data.replace(b"CH1", b"CH2"))
     three.write_bytes(b"Record Length,1,,x,\n")
-    item = Item(tuple((p, p.name) for p in (one, two, three)), "tektronix-tds", Rules())
+    item = LogItem(tuple((p, p.name) for p in (one, two, three)), "tektronix-tds", Rules())
     outcome = read_item(item)
     (record,) = outcome.recordings
     assert list(record.channels) == ["ch1", "ch2"]

@@ -15,7 +15,7 @@ usual = settings(max_examples=60, deadline=None, suppress_health_check=list(Heal
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(series, "CHUNK", 7)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 7)
 
 
 def lazy(values: np.ndarray) -> series.Values:

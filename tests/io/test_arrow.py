@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.io.arrow import PART, floats, numbers, repeated, table, texts
+from mrfit.io.arrow import ARROW_PART, floats, numbers, repeated, table, texts
 
 
 @given(st.lists(st.text()))
@@ -19,7 +19,7 @@ def test_texts_are_those_put_in(values: list[str]) -> None:
     assert column.to_pylist() == values
 
 
-@pytest.mark.parametrize("count", [0, 1, PART - 1, PART, 2 * PART + 3])
+@pytest.mark.parametrize("count", [0, 1, ARROW_PART - 1, ARROW_PART, 2 * ARROW_PART + 3])
 def test_a_text_is_there_as_often_as_asked_for(count: int) -> None:
     column = repeated("sine-5Hz-1A µ", count)
     column.validate(full=True)

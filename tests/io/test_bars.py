@@ -93,7 +93,7 @@ def notebook(monkeypatch: pytest.MonkeyPatch, kernel: bool) -> Cell:
 
 def test_a_notebook_shows_what_is_unfinished_and_nothing_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = notebook(monkeypatch, kernel=True)
-    monkeypatch.setattr(bars, "PATIENCE", 0.0)
+    monkeypatch.setattr(bars, "BAR_PATIENCE", 0.0)
     monkeypatch.setattr(bars, "PAUSE", 0.0)
     with bars.shown() as told:
         told("one  best <b>", 1, 4)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io import columns, memory, tables
-from mrfit.io.columns import Loaded, chunks, extent, is_on_disk, laid_beside, part_of, span
+from mrfit.io.columns import LazyArrays, chunks, extent, is_on_disk, laid_beside, part_of, span
 from mrfit.io.tables import read_table, write_table
 
 ROWS = 5000
@@ -58,7 +58,7 @@ def test_what_is_made_of_it_is_laid_beside_it(column: Array) -> None:
     made = laid_beside(column, 2.0 * VALUES)
     assert is_on_disk(made) and np.array_equal(made[10:20], 2.0 * VALUES[10:20])
     assert laid_beside(VALUES, made) is made
-    several = Loaded([made, VALUES])
+    several = LazyArrays([made, VALUES])
     assert np.array_equal(several[0], 2.0 * VALUES) and len(several[1:]) == 1
 
 
@@ -87,9 +87,9 @@ def test_what_needs_much_is_said_before_it_is_read_and_parts_of_it_are_not_said_
     try:
         read_table(tmp_path / "a.parquet")
         assert told == []
-        monkeypatch.setattr(memory, "TOLD", memory.COPIES * 8.0 * ROWS)
+        monkeypatch.setattr(memory, "TOLD_BYTES", memory.SAMPLE_COPIES * 8.0 * ROWS)
         monkeypatch.setattr(memory, "free_memory", lambda: 2e9)
-        memory.check_room("all samples", 8e8 / memory.COPIES)
+        memory.check_room("all samples", 8e8 / memory.SAMPLE_COPIES)
         read_table(tmp_path / "a.parquet")
     finally:
         memory.on_need(None)

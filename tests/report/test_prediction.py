@@ -65,7 +65,7 @@ def test_ranges_of_the_fit_are_those_of_its_training(fitted: tuple[Workspace, Fi
 def test_what_holds_all_samples_says_how_much_that_is_before_it_reads_them(
     fitted: tuple[Workspace, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(memory, "TOLD", 0.0)
+    monkeypatch.setattr(memory, "TOLD_BYTES", 0.0)
     monkeypatch.setattr(memory, "free_memory", lambda: 5e9)
     told: list[str] = []
     root = str(fitted[0].root)

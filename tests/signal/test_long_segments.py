@@ -139,13 +139,13 @@ def test_a_fit_searched_on_some_pieces_ends_where_one_on_all_does(
     monkeypatch.setattr(noise, "WINDOW", 1000)
     monkeypatch.setattr(long_segments, "PIECE", 4000)
     monkeypatch.setattr(columns, "CHUNK", 4096)
-    read, most = columns.Column._read, [0]
+    read, most = columns.FileColumn._read, [0]
 
-    def counted(column: columns.Column, begin: int, end: int) -> Array:
+    def counted(column: columns.FileColumn, begin: int, end: int) -> Array:
         most[0] = max(most[0], end - begin)
         return read(column, begin, end)
 
-    monkeypatch.setattr(columns.Column, "_read", counted)
+    monkeypatch.setattr(columns.FileColumn, "_read", counted)
     recording = made(1000.0, 2.0, 60.0)
     every = studied(tmp_path / "every", recording)
     # a piece and the longest lead-in, whatever the length of the recording

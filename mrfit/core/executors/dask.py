@@ -23,8 +23,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.core.executors.items import Ended, Make, end_of, made_here, made_of, packed
-from mrfit.core.executors.processes import QUIET, now_and_then
+from mrfit.core.executors.items import ItemEnd, Make, end_of, made_here, made_of, packed
+from mrfit.core.executors.processes import QUIET_SECONDS, now_and_then
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, MrfitError, Unreachable
 
@@ -32,15 +32,15 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 # Seconds in which a scheduler has to answer, and a worker to be there
-PATIENCE = 10.0
+SCHEDULER_PATIENCE = 10.0
 # Items sent ahead for each thread of a worker, so that none waits for the way there and back
-AHEAD = 2
+ITEMS_AHEAD = 2
 # Least items sent ahead, while workers come and go
 LEAST_AHEAD = 4
 # What decides about the last digit of a result
 DECIDING = ("numpy", "scipy", "numba")
 # Options of glibc's mallopt, and the bytes up to which freed memory is kept: the most it takes for either
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, KEPT = -1, -3, 1 << 25
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, KEPT_BYTES = -1, -3, 1 << 25
 # The folder a process works in is one for all its threads
 _one_at_a_time = threading.Lock()
 
@@ -68,7 +68,7 @@ class Dask:
         self._client: Client | None = None
         self._connected()
 
-    def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[Ended[Any], None, None]:
+    def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[ItemEnd[Any], None, None]:
         """Yield the ends of items as they come, two items per thread of the workers ahead.
 
         Raises
@@ -77,7 +77,7 @@ class Dask:
             If no scheduler answers, it has no workers, or is gone.
         """
         client = self._connected()
-        work = _Work(self, client, make, progress)
+        work = _SchedulerWork(self, client, make, progress)
         try:
             with work.telling():
                 yield from work.ends(items)
@@ -94,7 +94,7 @@ class Dask:
             for name in [n for n in logging.root.manager.loggerDict if n.startswith("distributed")]:
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
             try:
-                self._client = Client(self.address, timeout=PATIENCE, set_as_default=False, name="mrfit")
+                self._client = Client(self.address, timeout=SCHEDULER_PATIENCE, set_as_default=False, name="mrfit")
             except (OSError, ValueError, TimeoutError) as error:
                 text = f"{type(error).__name__}: {error}".splitlines()[0][:120]
                 raise Unreachable(
@@ -102,7 +102,7 @@ class Dask:
                     "leave --on out"
                 ) from None
             try:
-                self._client.wait_for_workers(1, timeout=PATIENCE)
+                self._client.wait_for_workers(1, timeout=SCHEDULER_PATIENCE)
             except TimeoutError:
                 self.close()
                 raise Unreachable(
@@ -126,7 +126,7 @@ class Dask:
         )
 
 
-class _Work:
+class _SchedulerWork:
     """Items at work on a scheduler."""
 
     def __init__(self, dask: Dask, client: "Client", make: Make, progress: Progress) -> None:
@@ -149,7 +149,7 @@ class _Work:
             with suppress(Exception):
                 self.client.unsubscribe_topic(self.topic)
 
-    def ends(self, items: Iterable[Any]) -> Iterator[Ended[Any]]:
+    def ends(self, items: Iterable[Any]) -> Iterator[ItemEnd[Any]]:
         left = iter(enumerate(items))
         while True:
             for place, item in islice(left, max(0, self._ahead() - len(self.waiting))):
@@ -165,7 +165,7 @@ class _Work:
     def _ahead(self) -> int:
         with suppress(Exception):
             threads = sum(w["nthreads"] for w in self.client.scheduler_info(n_workers=-1)["workers"].values())
-            return max(AHEAD * int(threads), LEAST_AHEAD)
+            return max(ITEMS_AHEAD * int(threads), LEAST_AHEAD)
         return LEAST_AHEAD
 
     def _submit(self, sent: bytes, place: int, item: Any) -> None:
@@ -184,14 +184,14 @@ class _Work:
         self.waiting[key] = future, place, item
         future.add_done_callback(lambda one: self.done.put(one.key))
 
-    def _completed(self) -> Iterator[Ended[Any]]:
+    def _completed(self) -> Iterator[ItemEnd[Any]]:
         """Wait for one of the items."""
         from distributed import KilledWorker
 
         key = ""
         while not key:
             with suppress(queue.Empty):
-                key = self.done.get(timeout=QUIET)
+                key = self.done.get(timeout=QUIET_SECONDS)
             while not self.heard.empty():
                 self.progress(*self.heard.get())
         future, place, item = self.waiting.pop(key)
@@ -204,12 +204,12 @@ class _Work:
         try:
             back = future.result(timeout=None)
         except KilledWorker:
-            yield Ended(place, error=MrfitError(_killed(self.dask.address)))
+            yield ItemEnd(place, error=MrfitError(_killed(self.dask.address)))
             return
         except Exception as error:
             if self.client.status != "running" or future.status == "cancelled":
                 raise self.dask.gone() from None
-            yield Ended(place, error=_unfit(self.dask.address, error))
+            yield ItemEnd(place, error=_unfit(self.dask.address, error))
             return
         yield end_of(place, back, lambda: made_here(self.make, item, place, self.progress))
 
@@ -288,8 +288,8 @@ def _freed_memory_kept() -> None:
         return
     libc = ctypes.CDLL(None)
     if hasattr(libc, "mallopt"):
-        libc.mallopt(M_TRIM_THRESHOLD, KEPT)
-        libc.mallopt(M_MMAP_THRESHOLD, KEPT)
+        libc.mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)
+        libc.mallopt(M_MMAP_THRESHOLD, KEPT_BYTES)
 
 
 def _made_there(task: bytes) -> bytes:

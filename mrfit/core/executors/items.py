@@ -18,7 +18,7 @@ MADE, FAILED, UNKNOWN = "made", "failed", "unknown"
 
 
 @dataclass(frozen=True)
-class Ended(Generic[Made]):
+class ItemEnd(Generic[Made]):
     """An item's end.
 
     Attributes
@@ -47,7 +47,7 @@ class Executor(Protocol):
 
     apart: bool
 
-    def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[Ended[Any], None, None]:
+    def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[ItemEnd[Any], None, None]:
         """Yield the ends of items as they come, in any order; an item that fails ends no other.
 
         Closing the generator cancels what has not begun and ends, or no longer waits for, what has.
@@ -91,17 +91,17 @@ def sendable(error: BaseException) -> BaseException:
     return error
 
 
-def made_here(make: Make, item: object, place: int, progress: Progress) -> Ended[Any]:
+def made_here(make: Make, item: object, place: int, progress: Progress) -> ItemEnd[Any]:
     """Return the end of an item that is made in this process."""
     try:
-        return Ended(place, make(item, progress))
+        return ItemEnd(place, make(item, progress))
     except Exception as error:
-        return Ended(place, error=error)
+        return ItemEnd(place, error=error)
 
 
-def end_of(place: int, back: bytes, again: Callable[[], Ended[Any]]) -> Ended[Any]:
+def end_of(place: int, back: bytes, again: Callable[[], ItemEnd[Any]]) -> ItemEnd[Any]:
     """Return the end of an item from what was sent back of it; ``again`` makes it here where it was not known there."""
     how, made = pickle.loads(back)
     if how == UNKNOWN:
         return again()
-    return Ended(place, error=made) if how == FAILED else Ended(place, made)
+    return ItemEnd(place, error=made) if how == FAILED else ItemEnd(place, made)

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from mrfit.core import children, temporary
-from mrfit.core.executors.items import Ended, Make, end_of, made_here, made_of, packed
+from mrfit.core.executors.items import ItemEnd, Make, end_of, made_here, made_of, packed
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
 
@@ -25,7 +25,7 @@ KILLED = (
     "`if __name__ == '__main__':`; try --jobs 1"
 )
 # Seconds between two messages of a process about its progress, and between two looks at these
-QUIET = 0.1
+QUIET_SECONDS = 0.1
 
 
 class Processes:
@@ -42,13 +42,13 @@ class Processes:
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
 
-    def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[Ended[Any], None, None]:
+    def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[ItemEnd[Any], None, None]:
         """Yield the ends of items as they come, at most two items per process ahead.
 
         Of items that were at work when a process was killed, each is made once more by a process alone: the one that
         kills it again has failed, the others have not.
         """
-        work = _Work(self.jobs, make, progress)
+        work = _PoolWork(self.jobs, make, progress)
         try:
             yield from work.ends(items)
         except BaseException:
@@ -57,7 +57,7 @@ class Processes:
         _IDLE.append(work.pool)
 
 
-class _Work:
+class _PoolWork:
     """Items at work in a pool."""
 
     def __init__(self, jobs: int, make: Make, progress: Progress) -> None:
@@ -65,7 +65,7 @@ class _Work:
         self.pool = _pool(jobs, make.__module__)
         self.waiting: dict[Future[bytes], tuple[int, Any]] = {}
 
-    def ends(self, items: Iterable[Any]) -> Iterator[Ended[Any]]:
+    def ends(self, items: Iterable[Any]) -> Iterator[ItemEnd[Any]]:
         left = iter(enumerate(items))
         while True:
             for place, item in islice(left, 2 * self.jobs - len(self.waiting)):
@@ -74,7 +74,7 @@ class _Work:
                 return
             yield from self._completed()
 
-    def _begin(self, place: int, item: Any) -> Iterator[Ended[Any]]:
+    def _begin(self, place: int, item: Any) -> Iterator[ItemEnd[Any]]:
         """Send an item to the pool; yield the end of one that cannot be sent, or that finds the pool broken."""
         sent = packed(self.make, item)
         if sent is None:
@@ -85,11 +85,11 @@ class _Work:
         except BrokenExecutor:
             yield from self._one_by_one([*self.waiting.values(), (place, item)])
 
-    def _completed(self) -> Iterator[Ended[Any]]:
+    def _completed(self) -> Iterator[ItemEnd[Any]]:
         """Wait for one of the items at least."""
         done: set[Future[bytes]] = set()
         while not done:
-            done, _ = wait(self.waiting, QUIET, FIRST_COMPLETED)
+            done, _ = wait(self.waiting, QUIET_SECONDS, FIRST_COMPLETED)
             self.pool.hear(self.progress)
         killed = []
         for future in [f for f in self.waiting if f in done]:
@@ -101,40 +101,40 @@ class _Work:
         if killed:
             yield from self._one_by_one([*killed, *self.waiting.values()])
 
-    def _end(self, place: int, item: Any, back: bytes) -> Ended[Any]:
+    def _end(self, place: int, item: Any, back: bytes) -> ItemEnd[Any]:
         return end_of(place, back, lambda: made_here(self.make, item, place, self.progress))
 
-    def _one_by_one(self, suspects: list[tuple[int, Any]]) -> Iterator[Ended[Any]]:
+    def _one_by_one(self, suspects: list[tuple[int, Any]]) -> Iterator[ItemEnd[Any]]:
         """Yield the ends of items of which one has killed its process, each made by a process alone."""
         self.waiting = {}
         self.pool.end()
-        self.pool = _Pool(1, self.make.__module__)
+        self.pool = _ProcessPool(1, self.make.__module__)
         for place, item in sorted(suspects, key=lambda one: one[0]):
             sent = packed(self.make, item)
             try:
                 future = self.pool.submit(sent or b"", self.progress)
-                while not wait([future], QUIET).done:
+                while not wait([future], QUIET_SECONDS).done:
                     self.pool.hear(self.progress)
                 yield self._end(place, item, future.result())
             except BrokenExecutor:
                 self.pool.end()
-                self.pool = _Pool(1, self.make.__module__)
-                yield Ended(place, error=MrfitError(KILLED))
+                self.pool = _ProcessPool(1, self.make.__module__)
+                yield ItemEnd(place, error=MrfitError(KILLED))
         self.pool.end()
-        self.pool = _Pool(self.jobs, self.make.__module__)
+        self.pool = _ProcessPool(self.jobs, self.make.__module__)
 
 
-def _pool(jobs: int, module: str) -> "_Pool":
+def _pool(jobs: int, module: str) -> "_ProcessPool":
     """Return processes that an earlier call left, or new ones; a search may need them a hundred times."""
     while _IDLE:
         pool = _IDLE.pop()
         if pool.jobs == jobs and pool.is_alive():
             return pool
         pool.end()
-    return _Pool(jobs, module)
+    return _ProcessPool(jobs, module)
 
 
-class _Pool:
+class _ProcessPool:
     """Processes that are kept.
 
     Parameters
@@ -173,7 +173,7 @@ class _Pool:
 
 
 # Pools that wait for the next call; what a fork inherits of them is not its own
-_IDLE: list[_Pool] = []
+_IDLE: list[_ProcessPool] = []
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_IDLE.clear)
 
@@ -229,13 +229,13 @@ def _made(sent: bytes, folder: str, quiet: bool) -> bytes:
 
 
 def now_and_then(tell: Progress) -> Progress:
-    """Return a listener that passes on what is the last of its kind, and of the rest one message in ``QUIET`` s."""
+    """Return a listener that passes on what is the last of its kind, and one other message in ``QUIET_SECONDS``."""
     last = 0.0
 
     def told(what: str, done: int, total: int) -> None:
         nonlocal last
         now = time.monotonic()
-        if done == total or now >= last + QUIET:
+        if done == total or now >= last + QUIET_SECONDS:
             last = now
             tell(what, done, total)
 

@@ -23,7 +23,9 @@ from mrfit.core import plugins
 from mrfit.core.specs import Array, ModelSpec
 from mrfit.errors import ConfigError
 
-CAUTION = "the model {} is a C function called for one parameter vector at a time: slower than a model of mrfit's own"
+C_CODE_CAUTION = (
+    "the model {} is a C function called for one parameter vector at a time: slower than a model of mrfit's own"
+)
 Simulate = Callable[[Array, Array, float], Array]
 
 
@@ -47,7 +49,9 @@ def register_c_function(spec: ModelSpec, library: Path, function: str, where: st
         If the library cannot be loaded, or has no such function.
     """
     response = constant_only(spec.name, plugins.one_by_one(_called(library, function)))
-    item = SimpleNamespace(SPEC=replace(spec, caution=CAUTION.format(spec.name)), response=response, __doc__=spec.title)
+    item = SimpleNamespace(
+        SPEC=replace(spec, caution=C_CODE_CAUTION.format(spec.name)), response=response, __doc__=spec.title
+    )
     plugins.register(item, where, f"{spec!r} {function} {hashlib.sha256(library.read_bytes()).hexdigest()}")
 
 

@@ -31,11 +31,11 @@ from mrfit.core.specs import ModelSpec, Param
 from mrfit.errors import ConfigError
 
 
-class _Table(BaseModel):
+class _DescriptionTable(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class ParameterTable(_Table):
+class ParameterTable(_DescriptionTable):
     """``[parameters.NAME]``: the fields of ``Param``."""
 
     unit: str
@@ -48,21 +48,21 @@ class ParameterTable(_Table):
     fixed: bool = False
 
 
-class CTable(_Table):
+class CTable(_DescriptionTable):
     """``[c]``: the shared library, relative to the file, and the function in it."""
 
     library: str
     function: str
 
 
-class FmuTable(_Table):
+class FmuTable(_DescriptionTable):
     """``[fmu]``: the FMU, relative to the file, and its names of channels and parameters that have others."""
 
     file: str
     variables: dict[str, str] = {}
 
 
-class Description(_Table):
+class Description(_DescriptionTable):
     """The whole file; either ``[c]`` or ``[fmu]``."""
 
     name: str

@@ -25,7 +25,7 @@ from mrfit.errors import ConfigError
 
 # An FMU with its sources, its pages and libraries for five systems has some hundred megabytes
 MOST_BYTES, MOST_FILES = 10**9, 10_000
-CAUTION = "the model {} is an FMU stepped from sample to sample: far slower than a model of mrfit's own"
+FMU_CAUTION = "the model {} is an FMU stepped from sample to sample: far slower than a model of mrfit's own"
 
 
 def register_fmu(spec: ModelSpec, file: Path, variables: Mapping[str, str], where: str = "") -> None:
@@ -49,7 +49,9 @@ def register_fmu(spec: ModelSpec, file: Path, variables: Mapping[str, str], wher
     """
     slave = _Slave(spec, file, variables)
     response = constant_only(spec.name, plugins.one_by_one(slave.simulate))
-    item = SimpleNamespace(SPEC=replace(spec, caution=CAUTION.format(spec.name)), response=response, __doc__=spec.title)
+    item = SimpleNamespace(
+        SPEC=replace(spec, caution=FMU_CAUTION.format(spec.name)), response=response, __doc__=spec.title
+    )
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     plugins.register(item, where, f"{spec!r} {sorted(variables.items())} {digest}")
 

@@ -15,10 +15,10 @@ from typing import IO, Any
 
 from mrfit.core import children, plugins, registry
 from mrfit.ingest.containers.memory import held_to, out_of_memory
-from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.ingest.refusal import Refusal, TransientRefusal
 from mrfit.ingest.table import Source, Table
 
-SECONDS = 25.0
+READING_SECONDS = 25.0
 SECONDS_FOR_A_MEGABYTE = 5.0
 """A file may take so much computing, and so much more for each megabyte: damaged ones lead libraries in circles."""
 WAITING = 4.0
@@ -156,7 +156,7 @@ def read_apart(reader: str, source: Source, seconds: float | None = None) -> lis
     """
     path, remedy, limit = source.head.path, "copy or save it again", source.room().limit
     if seconds is None:
-        seconds = SECONDS + SECONDS_FOR_A_MEGABYTE * source.head.size / 1e6
+        seconds = READING_SECONDS + SECONDS_FOR_A_MEGABYTE * source.head.size / 1e6
     try:
         named = os.environ.get(plugins.VARIABLE, "")
         tables: list[Table] = _worker.call(seconds, read_tables, reader, replace(source, memory=limit), named)
@@ -165,7 +165,7 @@ def read_apart(reader: str, source: Source, seconds: float | None = None) -> lis
     except EOFError:
         raise Refusal(path, f"damaged: the {reader} library crashes on it", remedy) from None
     except TimeoutError:
-        raise Passing(path, f"damaged: reading it takes more than {seconds:.0f} s", remedy) from None
+        raise TransientRefusal(path, f"damaged: reading it takes more than {seconds:.0f} s", remedy) from None
     return tables
 
 

@@ -18,14 +18,14 @@ from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
 from mrfit.ingest.time.clocks import is_called_clock, is_clock
 from mrfit.ingest.time.rate import rate_missing
 
-INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
-RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
+INTERVAL_NAMES = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
+ARRAY_RATE_NAMES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
 DECIMATIONS = ("decimation", "decimation_factor", "decimate", "downsampling", "downsample")
-ALIKE = 1e-3
+SAME_INTERVAL = 1e-3
 """Relative difference of intervals that are one, printed or computed differently."""
-MANY, SHOWN = 1e6, 20
+MANY_NUMBERS, SHOWN_ARRAYS = 1e6, 20
 """Numbers that are not unpacked without need, and names shown of those that hold them."""
-WIDEST = 64
+WIDEST_MATRIX = 64
 """A matrix with more columns than this is no set of channels."""
 
 
@@ -64,14 +64,14 @@ class Arrays:
 
         ``units`` are the texts of its unit: one, one for each column, or its letters.
         """
-        array = value if isinstance(value, Packed) else np.asarray(value)
+        array = value if isinstance(value, FileArray) else np.asarray(value)
         if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
             return
         if array.size == 1:
             self.scalars[name] = float(np.asarray(value).reshape(()))
         elif array.ndim < 2 or 1 in array.shape:
             self._add([name], array.reshape(-1, 1), units)
-        elif min(array.shape) <= WIDEST:
+        elif min(array.shape) <= WIDEST_MATRIX:
             array = array if array.shape[0] >= array.shape[1] else array.T
             self._add([f"{name}[{k}]" for k in range(array.shape[1])], array, units)
 
@@ -96,7 +96,7 @@ class Arrays:
             self.units.update(dict.fromkeys(names, unit))
 
 
-class Packed:
+class FileArray:
     """A numeric array that still lies in its file, of which rows are read by slices.
 
     Parameters
@@ -114,14 +114,14 @@ class Packed:
         self.dtype, self.ndim, self.size = dataset.dtype, len(shape), int(np.prod(shape))
 
     @property
-    def T(self) -> "Packed":  # noqa: N802 (as numpy has it)
+    def T(self) -> "FileArray":  # noqa: N802 (as numpy has it)
         """The array with rows and columns exchanged."""
-        return Packed(self.dataset, self.shape[::-1], not self.flipped)
+        return FileArray(self.dataset, self.shape[::-1], not self.flipped)
 
-    def reshape(self, rows: int, columns: int) -> "Packed":
+    def reshape(self, rows: int, columns: int) -> "FileArray":
         """Return a vector as one column, of shape (N, 1)."""
         lengths = self.dataset.shape
-        return Packed(self.dataset, (self.size, 1), len(lengths) > 1 and lengths[0] == 1)
+        return FileArray(self.dataset, (self.size, 1), len(lengths) > 1 and lengths[0] == 1)
 
     def __getitem__(self, rows: slice) -> Array:
         part = self.dataset[:, rows].T if self.flipped and len(self.dataset.shape) > 1 else self.dataset[rows]
@@ -145,15 +145,15 @@ def check_times(source: Source, arrays: Sequence[tuple[str, str]], stated: Seque
     Refusal
         If there is no such name or unit, and the channel map says neither times nor a rate.
     """
-    if numbers < MANY or source.rules.dt or source.rules.time:
+    if numbers < MANY_NUMBERS or source.rules.dt or source.rules.time:
         return
     for whole, unit in arrays:
         name, bracketed = name_and_unit(re.split(r"[./]", whole)[-1])
         timed = is_called_clock(name, unit or bracketed) or is_called_clock(name, None)
-        if timed or name.lower() in {*DATE_NAMES, *INTERVALS, *RATES}:
+        if timed or name.lower() in {*DATE_NAMES, *INTERVAL_NAMES, *ARRAY_RATE_NAMES}:
             return
-    if {name.lower() for name in stated}.isdisjoint({*INTERVALS, *RATES}):
-        raise rate_missing(source.head.path, [excerpt(name) for name, _ in arrays[:SHOWN]])
+    if {name.lower() for name in stated}.isdisjoint({*INTERVAL_NAMES, *ARRAY_RATE_NAMES}):
+        raise rate_missing(source.head.path, [excerpt(name) for name, _ in arrays[:SHOWN_ARRAYS]])
 
 
 def tables_of(arrays: Arrays, source: Source) -> list[Table]:
@@ -243,14 +243,14 @@ def _stated(names: Sequence[str], arrays: Arrays) -> tuple[float | None, tuple[F
         word = word.lower()
         if value <= 0.0 or of in arrays.signals and of not in names:
             continue
-        if word in (*INTERVALS, *RATES):
-            intervals[f"{name} = {value:g}"] = value if word in INTERVALS else 1.0 / value
+        if word in (*INTERVAL_NAMES, *ARRAY_RATE_NAMES):
+            intervals[f"{name} = {value:g}"] = value if word in INTERVAL_NAMES else 1.0 / value
         elif word in DECIMATIONS and value != 1.0:
             intervals[f"{name} = {value:g}"] = np.nan
     if not any(np.isfinite(dt) for dt in intervals.values()):
         return None, ()
     first = next(iter(intervals.values()))
-    if all(abs(dt / first - 1.0) < ALIKE for dt in intervals.values()):
+    if all(abs(dt / first - 1.0) < SAME_INTERVAL for dt in intervals.values()):
         return first, ()
     text = f"the file states {' and '.join(intervals)}: not used"
     return None, (Finding("rate-unclear", "", None, text),)

@@ -13,19 +13,19 @@ import numpy as np
 from mrfit.core.specs import Array
 
 UNIT_KEYS = ("unit", "units", "unit_string", "ni_unitdescription")
-SCALES, OFFSETS = ("scale_factor", "gain", "conversion"), ("add_offset", "intercept", "offset")
+SCALE_ATTRIBUTES, OFFSET_ATTRIBUTES = ("scale_factor", "gain", "conversion"), ("add_offset", "intercept", "offset")
 COUNTED_SCALES = ("scale", "slope")
 """Words for the factor of whole numbers; beside measured ones they may mean anything."""
-OTHERS = ("multiplier", "factor", "scaling", "zero", "bias")
+OTHER_FACTOR_ATTRIBUTES = ("multiplier", "factor", "scaling", "zero", "bias")
 """More words of that kind, which are said and never applied."""
-MARKS = ("_fillvalue", "missing_value")
+FILL_ATTRIBUTES = ("_fillvalue", "missing_value")
 
 
 class UnclearPacking(ValueError):
     """A factor or an offset that does not fit its array; the text says which."""
 
 
-class _Named(Mapping[str, Any]):
+class _LowerCaseAttributes(Mapping[str, Any]):
     """Attributes by their keys in lower-case letters, each read only when it is asked for."""
 
     def __init__(self, about: Mapping[Any, Any]) -> None:
@@ -44,7 +44,7 @@ class _Named(Mapping[str, Any]):
 
 def units_in(about: Mapping[Any, Any]) -> list[str]:
     """Return the unit texts that attributes state: none, one, or one for each column; keys of any case, even bytes."""
-    named = _Named(about)
+    named = _LowerCaseAttributes(about)
     value = next((named[k] for k in UNIT_KEYS if k in named), None)
     array = np.asarray("" if value is None or not hasattr(value, "__len__") else value)
     if array.dtype.kind in "iu":  # the codes of its letters
@@ -63,7 +63,7 @@ def _decoded(text: Any) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Packing:
+class StorageForm:
     """Form of stored numbers: value = scale · stored + offset, but for marks and what lies beyond the valid ones.
 
     Attributes
@@ -106,7 +106,7 @@ class Packing:
         return np.asarray(np.where(missing, np.nan, values), dtype=np.float64)
 
 
-class Unpacked:
+class ScaledDataset:
     """A dataset whose numbers are unpacked where slices of it are read.
 
     Parameters
@@ -117,7 +117,7 @@ class Unpacked:
         How its numbers are stored.
     """
 
-    def __init__(self, dataset: Any, packing: Packing) -> None:
+    def __init__(self, dataset: Any, packing: StorageForm) -> None:
         self.dataset, self.packing = dataset, packing
         self.shape, self.dtype = dataset.shape, np.dtype(np.float64)
 
@@ -127,7 +127,7 @@ class Unpacked:
 
 def packing_of(
     about: Mapping[Any, Any], shape: tuple[int, ...], kind: np.dtype[Any], unwritten: float = 0.0
-) -> Packing | None:
+) -> StorageForm | None:
     """Return the packing of an array of a shape and a type; None where its numbers are the values.
 
     ``unwritten`` is what the file holds where nothing was written, if it is not zero.
@@ -137,16 +137,16 @@ def packing_of(
     UnclearPacking
         If a factor, an offset or a limit is no number, or does not fit the shape.
     """
-    named = _Named(about)
-    scales = (*SCALES, *COUNTED_SCALES) if kind.kind in "iu" else SCALES
+    named = _LowerCaseAttributes(about)
+    scales = (*SCALE_ATTRIBUTES, *COUNTED_SCALES) if kind.kind in "iu" else SCALE_ATTRIBUTES
     factor = next((k for k in scales if k in named), None)
-    shift = next((k for k in (OFFSETS if factor else OFFSETS[:1]) if k in named), None)
-    marks = [m for k in MARKS if k in named for m in _numbers(named, k)] + ([unwritten] if unwritten else [])
+    shift = next((k for k in (OFFSET_ATTRIBUTES if factor else OFFSET_ATTRIBUTES[:1]) if k in named), None)
+    marks = [m for k in FILL_ATTRIBUTES if k in named for m in _numbers(named, k)] + ([unwritten] if unwritten else [])
     exact = [m for m in marks if _is_storable(m, kind)]
     valid = _numbers(named, "valid_range") if "valid_range" in named else np.array([-np.inf, np.inf])
     if valid.size != 2:
         raise UnclearPacking(f"its valid_range has {valid.size} numbers")
-    found = Packing(
+    found = StorageForm(
         _each(named, factor, shape, 1.0),
         _each(named, shift, shape, 0.0),
         tuple(exact),
@@ -159,12 +159,16 @@ def packing_of(
     return None if plain else found
 
 
-def doubt_of(about: Mapping[Any, Any], packing: Packing | None) -> str:
+def doubt_of(about: Mapping[Any, Any], packing: StorageForm | None) -> str:
     """Return the doubts that attributes leave about a packing: factors not applied, or the order of two; or none."""
-    named = _Named(about)
+    named = _LowerCaseAttributes(about)
     used = packing.keys if packing else ()
-    left = [k for k in (*SCALES, *COUNTED_SCALES, *OFFSETS, *OTHERS) if k in named and k not in used]
-    told = [f"'{k}' = {named[k]}" for k in left if _changes(named, k, k in (*OFFSETS, "zero", "bias"))]
+    left = [
+        k
+        for k in (*SCALE_ATTRIBUTES, *COUNTED_SCALES, *OFFSET_ATTRIBUTES, *OTHER_FACTOR_ATTRIBUTES)
+        if k in named and k not in used
+    ]
+    told = [f"'{k}' = {named[k]}" for k in left if _changes(named, k, k in (*OFFSET_ATTRIBUTES, "zero", "bias"))]
     if told:
         return f"{' and '.join(told)} not applied, since the numbers may hold it already"
     both = packing and np.any(np.asarray(packing.scale) != 1.0) and np.any(np.asarray(packing.offset) != 0.0)

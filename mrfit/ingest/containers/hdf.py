@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.recording import Finding
-from mrfit.ingest.containers.arrays import WIDEST, Arrays, Packed, check_times
-from mrfit.ingest.containers.attributes import UnclearPacking, Unpacked, doubt_of, packing_of, units_in
+from mrfit.ingest.containers.arrays import WIDEST_MATRIX, Arrays, FileArray, check_times
+from mrfit.ingest.containers.attributes import ScaledDataset, UnclearPacking, doubt_of, packing_of, units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
-from mrfit.ingest.refusal import Passing, Refusal, damaged
+from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Source
 
-DEEPEST = 6
+DEEPEST_GROUP = 6
 """Structs in structs that are followed."""
 MOST_VALUES = 20_000
 """References that are followed: those of a few arrays, each to the next, may be more than there is time for."""
@@ -78,7 +78,7 @@ def matlab_variables(source: Source, arrays: Arrays) -> Iterator[dict[str, Any]]
         arrays.outside = _links_outside(file, [file, *items])
         walk = _Walk(file, path, arrays)
         names = [n for n in file if not n.startswith("#") and _is_inside(file, n)]
-        yield {name: walk.value(file[name], DEEPEST) for name in names}
+        yield {name: walk.value(file[name], DEEPEST_GROUP) for name in names}
 
 
 @contextmanager
@@ -86,7 +86,7 @@ def _opened(path: Path) -> Iterator[Any]:
     try:
         import h5py
     except ImportError:
-        raise Passing(path, "HDF5 needs h5py", "install it: pip install 'mrfit[hdf5]'") from None
+        raise TransientRefusal(path, "HDF5 needs h5py", "install it: pip install 'mrfit[hdf5]'") from None
     try:
         with h5py.File(path, "r") as file:
             yield file
@@ -130,7 +130,7 @@ def _links_outside(file: Any, items: list[Any]) -> list[str]:
 def _may_be_signals(item: Any) -> bool:
     """Whether a dataset has the shape of a signal or of a few side by side; others are not read."""
     shape = item.shape
-    return shape is not None and (len(shape) < 2 or len(shape) == 2 and min(shape) <= WIDEST)
+    return shape is not None and (len(shape) < 2 or len(shape) == 2 and min(shape) <= WIDEST_MATRIX)
 
 
 def _expect(path: Path, arrays: Arrays, items: list[Any]) -> None:
@@ -158,7 +158,7 @@ def _is_long(item: Any, shelf: Shelf | None) -> bool:
 
 def _values(item: Any, shelf: Shelf | None) -> Any:
     """Return the numbers of a dataset, or what reads them slice by slice if it is long."""
-    return Packed(item, item.shape) if _is_long(item, shelf) else item[()]
+    return FileArray(item, item.shape) if _is_long(item, shelf) else item[()]
 
 
 @dataclass
@@ -196,12 +196,12 @@ class _Walk:
         if _is_outside(item) or not _may_be_signals(item):
             return np.empty(0)
         if item.dtype.kind == "O":
-            pointers = np.asarray(item).T.ravel()[:WIDEST]
+            pointers = np.asarray(item).T.ravel()[:WIDEST_MATRIX]
             return _objects([self.value(self.file[p], depth - 1) for p in pointers if p])
         if place not in self.known:
             self.known[place] = _values(item, self.arrays.shelf)
         values = self.known[place]
-        if item.attrs.get("MATLAB_class") == b"char" and not isinstance(values, Packed):
+        if item.attrs.get("MATLAB_class") == b"char" and not isinstance(values, FileArray):
             return "".join(chr(c) for c in values.T.ravel())
         return values.T
 
@@ -251,7 +251,7 @@ def _add(arrays: Arrays, name: str, item: Any, units: list[str]) -> None:
     except UnclearPacking as unclear:
         arrays.findings.append(Finding("not-read", "", None, f"'{name}' cannot be unpacked, since {unclear}: left out"))
         return
-    arrays.add(name, _values(item if packing is None else Unpacked(item, packing), arrays.shelf), units)
+    arrays.add(name, _values(item if packing is None else ScaledDataset(item, packing), arrays.shelf), units)
     if name in arrays.scalars or not _may_be_signals(item):
         return
     if packing and packing.scales:

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.ingest.refusal import Refusal, TransientRefusal
 from mrfit.io.memory import free_memory
 
-SHARE = 0.5
+FREE_MEMORY_SHARE = 0.5
 """Part of the free memory that one file may take unless the user says another amount."""
-COPIES = 4
+UNPACKED_COPIES = 4
 """How many times the numbers of a file are in memory, at most, while they are unpacked, sent on and used."""
 
 
@@ -21,7 +21,7 @@ def shown(size: float) -> str:
 def too_much(path: Path, needs: str, limit: float, remedy: str = "cut it into shorter logs") -> Refusal:
     """Return the refusal of a file that needs more memory than it may take."""
     remedy = f"give it more with `mrfit ingest --max-memory`, or {remedy}"
-    return Passing(path, f"{needs}, and it may take {shown(limit)}", remedy)
+    return TransientRefusal(path, f"{needs}, and it may take {shown(limit)}", remedy)
 
 
 def out_of_memory(path: Path, limit: float) -> Refusal:
@@ -42,7 +42,7 @@ class Room:
 
     def __init__(self, path: Path, limit: float | None = None) -> None:
         self.path = path
-        self.limit = SHARE * free_memory() if limit is None else limit
+        self.limit = FREE_MEMORY_SHARE * free_memory() if limit is None else limit
         self.numbers = 0.0
 
     def expect(self, numbers: float) -> None:
@@ -54,7 +54,7 @@ class Room:
             If they need, with those taken before, more memory than the file may take.
         """
         total = self.numbers + float(numbers)
-        self.hold(f"it unpacks to {total:.3g} numbers", COPIES * 8.0 * total)
+        self.hold(f"it unpacks to {total:.3g} numbers", UNPACKED_COPIES * 8.0 * total)
 
     def take(self, numbers: float) -> None:
         """Count numbers that are kept from now on.

@@ -12,8 +12,8 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.ingest import series
-from mrfit.ingest.containers.memory import SHARE, shown
-from mrfit.ingest.refusal import Passing
+from mrfit.ingest.containers.memory import FREE_MEMORY_SHARE, shown
+from mrfit.ingest.refusal import TransientRefusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Shelf:
         DataError
             If the disk is full.
         """
-        step = max(1, series.CHUNK // width)
+        step = max(1, series.SERIES_CHUNK // width)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             place = next(k for k in count() if not (self.folder / f"{k}-0").exists())
@@ -75,6 +75,6 @@ def check_disk(path: Path, numbers: float, folder: Path) -> None:
     """
     existing = next(p for p in (folder, *folder.parents) if p.exists())
     needed, free = 8.0 * numbers, float(shutil.disk_usage(existing).free)
-    if needed > SHARE * free:
+    if needed > FREE_MEMORY_SHARE * free:
         text = f"its {numbers:.3g} numbers take {shown(needed)} of disk while they are read, and {shown(free)} are free"
-        raise Passing(path, text, "choose another --work folder, or cut it into shorter logs")
+        raise TransientRefusal(path, text, "choose another --work folder, or cut it into shorter logs")

@@ -60,7 +60,7 @@ class CoilRule(Strict):
     area: Positive
 
 
-class Part(Strict):
+class MapSection(Strict):
     """Keys that hold for all files, or for those a ``[[files]]`` pattern matches."""
 
     resistance: Positive | Literal["auto"] | None = None
@@ -78,13 +78,13 @@ class Part(Strict):
     channels: dict[str, ChannelRule] = {}
 
 
-class FilesPart(Part):
+class FilesPart(MapSection):
     """Keys for the files whose name matches ``match``."""
 
     match: str
 
 
-class MapFile(Part):
+class MapFile(MapSection):
     """A whole channel map."""
 
     files: list[FilesPart] = []
@@ -173,7 +173,7 @@ def _first_fault(error: ValidationError) -> str:
     return f"unknown key '{key}'; " + (f"did you mean '{near[0]}'?" if near else "remove it")
 
 
-def _check(path: Path, part: Part) -> None:
+def _check(path: Path, part: MapSection) -> None:
     if part.dt is not None and part.rate is not None:
         raise ConfigError(f"{path}: both dt and rate are given; keep one")
     clock = part.time.column if isinstance(part.time, TimeRule) else part.time
@@ -193,7 +193,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
     """Return the rules of a map for one file: the general keys, then those of every matching pattern in order."""
     if loaded is None:
         return Rules()
-    parts: list[Part] = [loaded]
+    parts: list[MapSection] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
     dt = lever = resistance = pattern = join = time = coil = None
     decimate = 1

@@ -8,7 +8,7 @@ from mrfit.ingest import series
 from mrfit.ingest.meaning.channel_map import CoilRule
 from mrfit.ingest.meaning.naming import Signal
 
-SAMPLE = CoilRule(turns=1.0, length=1e-3, area=1.0)
+SAMPLE_COIL = CoilRule(turns=1.0, length=1e-3, area=1.0)
 """What stands for the coil where none is stated: amperes then are kA/m, and webers T, of sizes that models expect."""
 
 
@@ -28,7 +28,7 @@ def with_coil(signals: Sequence[Signal], coil: CoilRule | None) -> tuple[list[Si
     named = {s.name: s for s in signals}
     if not {"field_strength", "flux_density"} <= named.keys() or {"current", "flux"} & named.keys():
         return list(signals), []
-    used = coil or SAMPLE
+    used = coil or SAMPLE_COIL
     factors = {
         "current": (named["field_strength"], used.length / used.turns),
         "flux": (named["flux_density"], used.turns * used.area),

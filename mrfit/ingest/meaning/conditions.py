@@ -14,7 +14,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 
-NUMBER = r"(?:(?<![^\W_)\]])[-+])?\d+(?:[.,xp]\d+)?"
+NAMED_NUMBER = r"(?:(?<![^\W_)\]])[-+])?\d+(?:[.,xp]\d+)?"
 """A number in a file's name; a hyphen right after a letter, a digit or a bracket parts two words and is no sign."""
 SLOT = re.compile(r"\{([a-z_]+)(?::([^{}]*))?\}")
 DRIVES = ("displacement", "angle", "current", "velocity", "voltage", "flux")
@@ -23,7 +23,7 @@ DISAGREE = 0.1
 """Relative difference between the stated and the measured condition that is worth saying."""
 WORTH_SHOWING = 0.005
 """Relative difference from which the measured condition is shown beside the stated one."""
-MEASURED = "measured_"
+MEASURED_PREFIX = "measured_"
 SHOWN_UNITS = {"m": ("mm", 1e3), "degC": ("°C", 1.0), "ohm": ("Ω", 1.0)}
 """What people write for an SI unit, and the factor."""
 
@@ -48,7 +48,7 @@ def conditions_of(
         condition["resistance"] = rules.resistance
     measured = _measured(record, condition)
     for key, value in measured.items():
-        condition[MEASURED + key] = value
+        condition[MEASURED_PREFIX + key] = value
         if abs(value - condition[key]) > DISAGREE * max(abs(condition[key]), 1e-12):
             stated_as, measured_as = (_with_unit(key, v, record.channels) for v in (condition[key], value))
             text = f"the stated {key} is {stated_as} but the data say {measured_as}: both are kept"
@@ -68,8 +68,8 @@ def condition_words(condition: Mapping[str, float], channels: Collection[str]) -
     """
     said = []
     for key, value in condition.items():
-        if not key.startswith(MEASURED):
-            found = condition.get(MEASURED + key, value)
+        if not key.startswith(MEASURED_PREFIX):
+            found = condition.get(MEASURED_PREFIX + key, value)
             differs = abs(found - value) > WORTH_SHOWING * abs(value)
             more = f" (measured {_with_unit(key, found, channels)})" if differs else ""
             said.append(f"{key} {_with_unit(key, value, channels)}{more}")
@@ -103,7 +103,7 @@ def name_expression(pattern: str) -> tuple[re.Pattern[str], dict[str, str]]:
         wanted = "Hz" if key == "frequency" else unit_of(key)
         if slot[2] and wanted and units.to_si(unit).unit != wanted:
             raise ConfigError(f"name pattern '{pattern}': {key} cannot be in '{unit}'; write a unit such as {wanted}")
-        expression += _literal(pattern[position : slot.start()]) + f"(?P<{key}>{NUMBER})"
+        expression += _literal(pattern[position : slot.start()]) + f"(?P<{key}>{NAMED_NUMBER})"
         key_units[key], position = unit, slot.end()
     if not key_units:
         raise ConfigError(f"name pattern '{pattern}' names no condition; write keys in braces, {example}")

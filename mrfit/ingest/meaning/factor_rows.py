@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 from mrfit.core.recording import Finding
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
-from mrfit.ingest.meaning.factors import NUMBER, POWER, multiplied, settled, value_of
+from mrfit.ingest.meaning.factors import FACTOR_NUMBER, POWER_OF_TEN, multiplied, settled, value_of
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import number_pattern, split
-from mrfit.ingest.text.layout import COMMENTS, Grid, is_name, is_name_row
+from mrfit.ingest.text.layout import COMMENTS, TextGrid, is_name, is_name_row
 
-WORDS = re.compile(
+FACTOR_WORDS = re.compile(
     r"(?:(?:cal(?:ibration)?|conv(?:ersion)?|channel|column|data|unit|apply|use)[\W_]+)?(?:scal(?:e|ed|es|ing)|gains?|factors?|\w*faktor(?:en)?|facteurs?|fattor[ei]|mult|multipl\w*|"
     r"divi(?:de|ded|sor)|offsets?|skalierung|sensitivit\w*|times)(?: ?(?:factor|value|by|with|mit|par)s?)*",
     re.IGNORECASE,
@@ -20,9 +20,11 @@ WORDS = re.compile(
 MULTIPLY = re.compile(r"multiply(?: (?:by|with|all by|values by))?|multipliziere(?:n)?(?: mit)?", re.IGNORECASE)
 """Words that say what is to be done with them."""
 WORD = re.compile(r"([^\d:=]*[^\d\s:=+-])\s*[:=]?\s*(\S*)")
-OPERATED = re.compile(rf"[(\[]?\s*(?:([xX×*·⋅/÷])\s*({POWER}|{NUMBER})|({POWER}|{NUMBER})\s*([xX×]))\s*[)\]]?")
+OPERATED = re.compile(
+    rf"[(\[]?\s*(?:([xX×*·⋅/÷])\s*({POWER_OF_TEN}|{FACTOR_NUMBER})|({POWER_OF_TEN}|{FACTOR_NUMBER})\s*([xX×]))\s*[)\]]?"
+)
 MOST_WORDS = 4
-BELOW = 3
+LINES_BELOW = 3
 """Lines below the first row of numbers in which factors are looked for."""
 
 
@@ -56,7 +58,7 @@ class FactorRow:
         )
 
 
-def factor_row(source: Source, grid: Grid) -> FactorRow | None:
+def factor_row(source: Source, grid: TextGrid) -> FactorRow | None:
     """Return the row of factors in the header of a log, or None if it has none.
 
     Raises
@@ -64,7 +66,7 @@ def factor_row(source: Source, grid: Grid) -> FactorRow | None:
     Refusal
         If it has one that does not say what is to be done with its factors, and no map says how channels are scaled.
     """
-    lines = source.head.lines[: grid.first + BELOW]
+    lines = source.head.lines[: grid.first + LINES_BELOW]
     cells = [[c for c in split(line.strip(" \r\n").lstrip(COMMENTS), grid.delimiter)] for line in lines]
     for place, row in enumerate(cells):
         others = [c for k, c in enumerate(cells) if k != place and any(map(is_name, c)) and is_name_row(c)]
@@ -86,7 +88,7 @@ def factor_row(source: Source, grid: Grid) -> FactorRow | None:
 Factors = tuple[tuple[float, ...] | None, bool]
 
 
-def _operated(cells: list[str], grid: Grid, named: bool) -> Factors | None:
+def _operated(cells: list[str], grid: TextGrid, named: bool) -> Factors | None:
     """Return the factors of a row as ``x1,x10,x1000``, and whether all multiply; None if it is none.
 
     ``x1,x2,x3`` are names, and so is such a row where no other row gives names.
@@ -112,10 +114,10 @@ def _factor(cell: str) -> float:
     return value_of(text) if text not in ("", "-", "--") else 1.0
 
 
-def _worded(cells: list[str], grid: Grid) -> Factors | None:
+def _worded(cells: list[str], grid: TextGrid) -> Factors | None:
     """Return the factors behind a word as ``multiply by``, None where they are not one for each column; or None."""
     match = WORD.fullmatch(cells[0])
-    if match is None or not WORDS.fullmatch(match[1].strip()) or len(match[1].split()) > MOST_WORDS:
+    if match is None or not FACTOR_WORDS.fullmatch(match[1].strip()) or len(match[1].split()) > MOST_WORDS:
         return None
     texts = [match[2], *cells[1:]] if match[2] else cells[1:]
     numbers = [number_pattern(mark) for mark in ".,"]

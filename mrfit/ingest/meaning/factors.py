@@ -11,22 +11,22 @@ from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.table import Column
 from mrfit.ingest.text.layout import aliases_of, name_and_unit
 
-SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-POWER = r"10[⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|10(?:\^|\*\*)\(?[+-]?\d+\)?|10?[eE][+-]?\d+|10+(?:[.,]0+)?|0[.,]0*1"
-NUMBER = r"\d+(?:[.,]\d+)?"
-ROUND = r"[1-9]\d*[05]|0[.,]\d+"
+SUPERSCRIPT_DIGITS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+POWER_OF_TEN = r"10[⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|10(?:\^|\*\*)\(?[+-]?\d+\)?|10?[eE][+-]?\d+|10+(?:[.,]0+)?|0[.,]0*1"
+FACTOR_NUMBER = r"\d+(?:[.,]\d+)?"
+ROUND_FACTOR = r"[1-9]\d*[05]|0[.,]\d+"
 """Numbers that a channel is hardly called by, behind an x."""
 _END = r"(?=$|[\s_(\[)])"
 IN_NAME = (
-    re.compile(rf"(?:(?<=[\s_)\]])|^|(?<=\())([xX×*·⋅/÷])\s*({POWER}|{ROUND}){_END}"),
-    re.compile(rf"(?<=[\w)\]])\s*([×*·⋅/÷])\s*({POWER}|{NUMBER}){_END}"),
-    re.compile(rf"^()({POWER}|{NUMBER})\s*[×*·⋅]\s*(?=[^\W\d])|^()({POWER})\s*[xX]\s+(?=[^\W\d])"),
-    re.compile(rf"(?<=[\s_(])()({POWER})\s?[xX×]{_END}"),
+    re.compile(rf"(?:(?<=[\s_)\]])|^|(?<=\())([xX×*·⋅/÷])\s*({POWER_OF_TEN}|{ROUND_FACTOR}){_END}"),
+    re.compile(rf"(?<=[\w)\]])\s*([×*·⋅/÷])\s*({POWER_OF_TEN}|{FACTOR_NUMBER}){_END}"),
+    re.compile(rf"^()({POWER_OF_TEN}|{FACTOR_NUMBER})\s*[×*·⋅]\s*(?=[^\W\d])|^()({POWER_OF_TEN})\s*[xX]\s+(?=[^\W\d])"),
+    re.compile(rf"(?<=[\s_(])()({POWER_OF_TEN})\s?[xX×]{_END}"),
 )
 """An operator and a number behind a name, or before it."""
-TIGHT = re.compile(rf"(.*[^\W\d_])x({POWER}){_END}(.*)")
-BEHIND = re.compile(rf"(.*\S)\s*[xX×*·⋅]\s*({POWER})")
-BEFORE = re.compile(rf"[xX×*·⋅]?\s*({POWER}|[1-9]\d*)\s*[xX×*·⋅]?\s*([^\W\d].*)")
+TIGHT = re.compile(rf"(.*[^\W\d_])x({POWER_OF_TEN}){_END}(.*)")
+FACTOR_BEHIND = re.compile(rf"(.*\S)\s*[xX×*·⋅]\s*({POWER_OF_TEN})")
+FACTOR_BEFORE = re.compile(rf"[xX×*·⋅]?\s*({POWER_OF_TEN}|[1-9]\d*)\s*[xX×*·⋅]?\s*([^\W\d].*)")
 
 
 def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column], list[Finding]]:
@@ -78,7 +78,7 @@ def _factored(column: Column) -> tuple[Column, float | None] | None:
         return replace(multiplied(column, value_of(number)), name=name, unit=unit), value_of(number)
     if column.unit is None or units.known(column.unit):
         return None
-    for form, number_group, unit_group in ((BEHIND, 2, 1), (BEFORE, 1, 2)):
+    for form, number_group, unit_group in ((FACTOR_BEHIND, 2, 1), (FACTOR_BEFORE, 1, 2)):
         match = form.fullmatch(column.unit.strip())
         if match and units.known(match[unit_group]):
             factor = value_of(match[number_group])
@@ -106,6 +106,6 @@ def multiplied(column: Column, factor: float) -> Column:
 
 def value_of(text: str) -> float:
     """Return a factor as a number: ``1000``, ``0,5``, ``10^3``, ``10³``."""
-    plain = re.sub(r"^10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$", lambda m: f"1e{m[1].translate(SUPERSCRIPTS)}", text)
+    plain = re.sub(r"^10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$", lambda m: f"1e{m[1].translate(SUPERSCRIPT_DIGITS)}", text)
     plain = re.sub(r"^10(?:\^|\*\*)\(?([+-]?\d+)\)?$", r"1e\1", plain)
     return float(plain.replace(",", ".").replace("∞", "inf"))

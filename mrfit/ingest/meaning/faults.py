@@ -8,27 +8,27 @@ from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest.meaning.sanity import Flanks, away_from_the_ends, longest_run, rectangular
 
-FEWEST = 100
+FEWEST_JUDGED = 100
 """A shorter channel is not judged."""
 FEW_OUTSIDE = (0.1, 99.9)
 """Percentiles that stand for the ends of a channel."""
-BANDS = (0.01, 0.03)
+RAIL_WIDTHS = (0.01, 0.03)
 """Width of the rail with its noise, in the range of the channel."""
-CROWDED, SHARE = 6.0, 0.02
+CROWDED, RAIL_SHARE = 6.0, 0.02
 """So much more often than beside it, and so much of the time, a channel stands at its rail."""
-CORNER, HOP = 0.2, 0.2
+RAIL_CORNER, HOP = 0.2, 0.2
 """A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
 STUCK, LONGER = 20, 5.0
 """Samples of a run of one number, and how many times longer than other runs it is."""
 MOST_CODES = 2.0**32
 """Codes over which no converter steps."""
-EXACT = 0.01
+WHOLE_CODE = 0.01
 """Largest departure of a value from whole codes, in codes."""
 MOVING = 0.7
 """Least share of steps that are not zero elsewhere in a channel that is stuck."""
 OTHERS_MOVE = 0.3
 """Least part of its range through which another channel moves meanwhile."""
-WRAP, ALIKE = 0.5, 0.1
+WRAP, SAME_WRAP = 0.5, 0.1
 """Least step of a wrap-round in the range of the channel, and how much such steps may differ."""
 
 
@@ -39,7 +39,7 @@ def fault_findings(record: Recording) -> list[Finding]:
 
 def _faults(record: Recording, name: str) -> Iterator[Finding]:
     values = record.channels[name]
-    if len(values) < FEWEST or not (spread := float(np.ptp(values))) or not np.isfinite(spread):
+    if len(values) < FEWEST_JUDGED or not (spread := float(np.ptp(values))) or not np.isfinite(spread):
         return
     low, high = np.percentile(values, FEW_OUTSIDE)  # one garbled number must not hide that a channel is a square wave
     spread = float(high - low) or spread
@@ -61,17 +61,17 @@ def _at_rail(height: Array) -> int | None:
         return None
     speed = np.abs(height[3:] - height[:-3]) / 3.0
     usual = float(np.percentile(speed, 95.0))
-    for width in BANDS:
+    for width in RAIL_WIDTHS:
         inside = away_from_the_ends(height > 1.0 - width)
         beside = max(np.count_nonzero(np.abs(height - 1.0 + (k + 0.5) * width) < 0.5 * width) for k in (1, 2, 3))
-        if np.count_nonzero(inside) < max(CROWDED * beside, SHARE * len(height)) or longest_run(inside) < 5:
+        if np.count_nonzero(inside) < max(CROWDED * beside, RAIL_SHARE * len(height)) or longest_run(inside) < 5:
             continue
         first, last = _edges(inside)
         entries = first[(last - first >= 4) & (first >= 4)]
         if not len(entries) or np.mean(height[inside] == 1.0) > 0.5:
             continue  # one exact level is said to be clipped
         corner = np.median(speed[entries - 4]) / usual
-        if corner >= CORNER and np.median(height[entries] - height[entries - 1]) <= HOP:
+        if corner >= RAIL_CORNER and np.median(height[entries] - height[entries - 1]) <= HOP:
             return int(entries[0])
     return None
 
@@ -102,7 +102,7 @@ def _still(values: Array) -> Iterator[tuple[np.ndarray, float]]:
     if float(steps.max()) > MOST_CODES * code:
         return
     codes = (values - values.min()) / code
-    if codes.max() < FEWEST or np.max(np.abs(codes - np.round(codes))) > EXACT:
+    if codes.max() < FEWEST_JUDGED or np.max(np.abs(codes - np.round(codes))) > WHOLE_CODE:
         return
     for shift in range(3):
         yield np.diff((np.round(codes) + shift) // 3) == 0.0, code
@@ -153,7 +153,7 @@ def _wraps(part: Array, dt: float) -> tuple[str, float] | None:
     both = {1.0, -1.0} <= set(np.sign(steps[at]))
     before, after = np.sign(part[at] - part[at - 3]), np.sign(part[at + 4] - part[at + 1])
     goes_on = (before == after) & (before == -np.sign(steps[at]))
-    if not both or np.mean(goes_on) < 0.9 or float(np.ptp(sizes)) > ALIKE:
+    if not both or np.mean(goes_on) < 0.9 or float(np.ptp(sizes)) > SAME_WRAP:
         return None
     text = (
         f"hops {len(at)} times from one end of its range to the other and goes on from there: its converter wraps round"

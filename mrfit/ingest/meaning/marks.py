@@ -18,31 +18,33 @@ _NINES = [10.0**n - 1.0 + part for n in range(2, 10) for part in (0.0, 0.25, 0.9
 _LIMITS = [65535.0, 8388607.0, 8388608.0, 2147483647.0, 2147483648.0, 4294967295.0]
 _SCALED = [code / 10.0**n for code in (32767.0, 32768.0) for n in range(5)]
 _PRINTED = [1.0, 6999.0, 7999.0, 888.0, 8888.0, 88888.0, *(10.0**n for n in range(6, 30))]
-MARKS = np.array(sorted({sign * mark for mark in (*_NINES, *_LIMITS, *_SCALED, *_PRINTED) for sign in (1.0, -1.0)}))
+MISSING_MARKS = np.array(
+    sorted({sign * mark for mark in (*_NINES, *_LIMITS, *_SCALED, *_PRINTED) for sign in (1.0, -1.0)})
+)
 """What loggers and converters write where they have no value."""
-EXACT = 1e-7
+SAME_MARK = 1e-7
 """Relative departure of a mark that was stored in single precision."""
-FAR, FAR_ALONE = 1.0, 4.0
+FAR_MARK, FAR_ALONE = 1.0, 4.0
 """Distance from the range of all others, in that range, of a mark in several rows, and in a single one."""
-SMOOTH = 20.0
+SMOOTH_CHANNEL = 20.0
 """Range of a channel in its greatest ordinary steps from which it moves on smoothly."""
-JUMP = 5.0
+MARK_JUMP = 5.0
 """Least step into a mark and out of it, in greatest ordinary steps of a smooth channel."""
-LEVELS = 10
+FEWEST_MARK_LEVELS = 10
 """A channel of fewer values is a switch or a code."""
 CODES = 300
 """A channel of fewer steps from end to end is printed coarsely."""
 AROUND = 7
 """Rows on either side of a run of zeros by which it is seen how the channel goes there."""
-APART = 3.0
+DROPOUT_DISTANCE = 3.0
 """Least distance from zero of the rows beside a drop-out, in the greatest step around it."""
 SURE_DROPOUTS = 2
 """Runs of zeros that are drop-outs, from which on all zeros are under which the channel moves."""
-FEWEST_DROPOUTS, MOST_ZEROS, SCATTERED = 3, 0.25, 0.05
+FEWEST_DROPOUTS, MOST_ZEROS, SCATTERED_ZEROS = 3, 0.25, 0.05
 """Least number of zeros, and greatest share of rows, that are drop-outs; above the last share not evenly apart."""
-SHORT = 5
+SHORT_DROPOUT = 5
 """Rows of a run of zeros over which a channel goes on as before."""
-MOVES = 2.0
+DROPOUT_WAY = 2.0
 """Least way on one side of a longer run, over as many rows, in the greatest step there: a held level does not move."""
 EVEN = 0.1
 """Relative scatter from which distances between runs, or values beside them, are not all one."""
@@ -93,13 +95,18 @@ class _Others:
     @property
     def smooth(self) -> bool:
         """Whether they move on in steps that are small against their range."""
-        return self.spread > SMOOTH * self.step
+        return self.spread > SMOOTH_CHANNEL * self.step
 
 
 def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float, Values]]:
     """Yield marks with their rows; a mark ``known`` from another column needs to be outside, or alone, but once."""
     low, high = _ends(values)
-    tried = [float(m) for m in MARKS[(MARKS >= low - EXACT * abs(low)) & (MARKS <= high + EXACT * abs(high))]]
+    tried = [
+        float(m)
+        for m in MISSING_MARKS[
+            (MISSING_MARKS >= low - SAME_MARK * abs(low)) & (MISSING_MARKS <= high + SAME_MARK * abs(high))
+        ]
+    ]
     places = {mark: rows for mark in tried if len(rows := series.places(lambda v, m=mark: _is(v, m), values))}
     zeros = series.places(lambda v: v == 0.0, values) if low <= 0.0 <= high else np.empty(0, dtype=np.int64)
     if not places and not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
@@ -110,7 +117,7 @@ def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float
     for mark, rows in places.items():
         away = others.distance(mark)
         # a power of ten that stands once is a garbled number, which is said by itself
-        enough = FAR if len(rows) > 1 else np.inf if float(np.log10(abs(mark))).is_integer() else FAR_ALONE
+        enough = FAR_MARK if len(rows) > 1 else np.inf if float(np.log10(abs(mark))).is_integer() else FAR_ALONE
         is_far = away > (0.0 if mark in known else enough * others.spread)
         if is_far or len(rows := _alone(values, rows, mark, others, 1 if mark in known else 2)):
             yield mark, rows
@@ -119,7 +126,7 @@ def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float
 
 
 def _is(values: Values, mark: float) -> Values:
-    return np.asarray(np.abs(values - mark) <= EXACT * abs(mark))
+    return np.asarray(np.abs(values - mark) <= SAME_MARK * abs(mark))
 
 
 def _ends(values: Values) -> tuple[float, float]:
@@ -145,7 +152,7 @@ def _others(values: Values, marks: list[float]) -> _Others | None:
         # zeros may be drop-outs, too: their steps are no ordinary ones
         steps = np.abs(np.diff(v))[own[1:] & own[:-1] & (v[1:] != 0.0) & (v[:-1] != 0.0)]
         step = max(step, float(np.percentile(steps, 99.5))) if len(steps) else step
-    return _Others(low, high, levels, step) if levels >= LEVELS else None
+    return _Others(low, high, levels, step) if levels >= FEWEST_MARK_LEVELS else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +187,7 @@ def _alone(values: Values, rows: Values, mark: float, others: _Others, fewest: i
     """
     runs = _runs(values, rows)
     before, behind = (np.nan_to_num(np.abs(v - mark), nan=np.inf) for v in (runs.before, runs.behind))
-    alone = np.minimum(before, behind) > JUMP * others.step
+    alone = np.minimum(before, behind) > MARK_JUMP * others.step
     if not others.smooth or np.count_nonzero(alone) < fewest:
         return rows[:0]
     return rows if 2 * np.count_nonzero(alone) >= len(alone) else runs.rows(alone)
@@ -195,9 +202,9 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     none = np.empty(0, dtype=np.int64)
     if not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return none
-    some = np.unique(values[0 : series.CHUNK])
+    some = np.unique(values[0 : series.SERIES_CHUNK])
     coarse = others.spread < CODES * float(np.min(np.diff(some[np.isfinite(some)])))
-    if coarse and (not others.smooth or len(zeros) > SCATTERED * len(values)):
+    if coarse and (not others.smooth or len(zeros) > SCATTERED_ZEROS * len(values)):
         return none  # a converter of 8 bits is at zero by itself, steep as its signal is
     runs = _runs(values, zeros)
     length = runs.last - runs.first + 1
@@ -208,11 +215,11 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     stride = np.maximum(1, length // (AROUND - 1))
     ways = (_way(_beside(values, s, w * stride)) for s, w in ((runs.first, -1), (runs.last, 1)))
     with np.errstate(over="ignore"):  # a garbled number may be 1e308
-        least = 2.0 * others.step * (length + 1) if coarse else APART * step
-        jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(APART * step, least)
+        least = 2.0 * others.step * (length + 1) if coarse else DROPOUT_DISTANCE * step
+        jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(DROPOUT_DISTANCE * step, least)
         goes_on = same & (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step)
-        moves = np.maximum(*ways) > MOVES * step
-    found = jumps & np.where(length <= SHORT, goes_on, moves)
+        moves = np.maximum(*ways) > DROPOUT_WAY * step
+    found = jumps & np.where(length <= SHORT_DROPOUT, goes_on, moves)
     hops = found & ~same
     if np.count_nonzero(hops) > 2 and _is_even(np.abs(np.concatenate([runs.before[hops], runs.behind[hops]]))):
         found &= same
@@ -220,7 +227,7 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     if np.count_nonzero(found) >= SURE_DROPOUTS and not coarse:
         likely = (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step) & (length > 1) & (moves | goes_on)
         rows = runs.rows(found := found | likely)
-    chopped = len(rows) > SCATTERED * len(values) and _is_even(np.diff(runs.first[found]))
+    chopped = len(rows) > SCATTERED_ZEROS * len(values) and _is_even(np.diff(runs.first[found]))
     return none if len(rows) < FEWEST_DROPOUTS or chopped else rows
 
 

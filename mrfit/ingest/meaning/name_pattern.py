@@ -3,16 +3,22 @@
 import re
 from collections.abc import Sequence
 
-from mrfit.ingest.meaning.conditions import NUMBER, from_name
+from mrfit.ingest.meaning.conditions import NAMED_NUMBER, from_name
 
-KEYS = {
+CONDITION_OF_UNIT = {
     **{"mm": "amplitude", "cm": "amplitude", "deg": "amplitude", "Hz": "frequency", "A": "current", "mA": "current"},
     **{"degC": "temperature", "bar": "pressure", "V": "voltage", "mm/s": "velocity", "m/s": "velocity"},
 }
 """Units in names of logs, and what they are units of."""
-SPELLED = {unit.lower(): unit for unit in KEYS} | {"c": "degC", "mms": "mm/s", "mmps": "mm/s", "mps": "m/s"}
-STATED = re.compile(
-    rf"({NUMBER})([ _-]?(?:{'|'.join(sorted(map(re.escape, SPELLED), key=len, reverse=True))}))(?![a-z])", re.IGNORECASE
+SPELLED = {unit.lower(): unit for unit in CONDITION_OF_UNIT} | {
+    "c": "degC",
+    "mms": "mm/s",
+    "mmps": "mm/s",
+    "mps": "m/s",
+}
+STATED_IN_NAME = re.compile(
+    rf"({NAMED_NUMBER})([ _-]?(?:{'|'.join(sorted(map(re.escape, SPELLED), key=len, reverse=True))}))(?![a-z])",
+    re.IGNORECASE,
 )
 """A number with its unit."""
 
@@ -35,8 +41,8 @@ def pattern_of(stems: Sequence[str]) -> str:
 def _stated(stem: str) -> list[tuple[str, str, str]]:
     """Return quantity, unit as written, and the text up to the next of every quantity that a name states."""
     first: dict[str, re.Match[str]] = {}
-    for match in STATED.finditer(stem):
-        first.setdefault(KEYS[SPELLED[match[2].strip(" _-").lower()]], match)
+    for match in STATED_IN_NAME.finditer(stem):
+        first.setdefault(CONDITION_OF_UNIT[SPELLED[match[2].strip(" _-").lower()]], match)
     starts = [m.start() for m in first.values()]
     ends = [*starts[1:], len(stem)]
     return [(key, m[2], stem[m.end() : end]) for (key, m), end in zip(first.items(), ends, strict=False)]

@@ -31,7 +31,7 @@ OF_SENSORS = frozenset(
     "druck flow strain humidity valve servo".split()
 )
 """Words of columns whose amperes and volts are no coil's."""
-SEEN = 20000
+SIZE_SAMPLES = 20000
 """Numbers by which the size of a channel is judged."""
 LOOP = (3.6e-3, 21e-3)
 """Current in A of a sensor's loop of 4 to 20 mA."""
@@ -111,7 +111,9 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
     name = claims.get(id(column), "")
     if column.unit is None or name not in LARGEST:
         return column
-    some = np.abs(column.values[0 : series.CHUNK][:: max(1, min(len(column.values), series.CHUNK) // SEEN)])
+    some = np.abs(
+        column.values[0 : series.SERIES_CHUNK][:: max(1, min(len(column.values), series.SERIES_CHUNK) // SIZE_SAMPLES)]
+    )
     some = some[np.isfinite(some)]
     size = units.to_unit(column.unit, unit_of(name)).scale * float(np.percentile(some, 95.0)) if len(some) else 0.0
     if size <= LARGEST[name]:

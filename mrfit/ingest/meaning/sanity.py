@@ -15,7 +15,7 @@ CLIPPED_SHARE = 0.005
 OFFSET_SHARE = 0.25
 RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
-FLANK, FLANKS, STRAIGHT = 8, 20, 1e-3
+FLANK, FLANKS, STRAIGHT_FLANK = 8, 20, 1e-3
 """Least samples of a way between two ends, so many of them, and a bend in their height that is none."""
 OUTLIER = 1000.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
@@ -34,12 +34,12 @@ def channel_findings(record: Recording) -> list[Finding]:
 
 def relation_findings(record: Recording) -> list[Finding]:
     """Return findings on channels against each other; ``record`` is a whole one or one from ``shortened``."""
-    return [finding for check in CHECKS for finding in check(record)]
+    return [finding for check in SANITY_CHECKS for finding in check(record)]
 
 
 def shortened(record: Recording) -> Recording:
     """Return a recording in memory: itself, or the means over so many samples that about a million remain."""
-    each = -(-record.samples // series.CHUNK)
+    each = -(-record.samples // series.SERIES_CHUNK)
     if each == 1:
         return replace(record, channels={n: v[:] for n, v in record.channels.items()})
     channels = {n: _means(v, each) for n, v in record.channels.items()}
@@ -60,7 +60,7 @@ def shortening(record: Recording, short: Recording) -> list[Finding]:
 
 def _means(values: Array, each: int) -> Array:
     whole = len(values) - len(values) % each
-    size = each * max(1, series.CHUNK // each)
+    size = each * max(1, series.SERIES_CHUNK // each)
     parts = [values[k : min(k + size, whole)].reshape(-1, each).mean(axis=1) for k in range(0, whole, size)]
     return np.concatenate(parts)
 
@@ -181,12 +181,12 @@ class Flanks:
     @property
     def straight(self) -> bool:
         """Whether they are ramps from hold to hold, as a trapezoid has and a clipped wave has not."""
-        return self.bend <= max(3.0 * self.error, STRAIGHT)
+        return self.bend <= max(3.0 * self.error, STRAIGHT_FLANK)
 
     @property
     def curved(self) -> bool:
         """Whether they are seen to bend, as those of a wave clipped far down do and those of a square wave cannot."""
-        return self.bend > max(3.0 * self.error, STRAIGHT)
+        return self.bend > max(3.0 * self.error, STRAIGHT_FLANK)
 
 
 def away_from_the_ends(mask: np.ndarray) -> np.ndarray:
@@ -288,4 +288,9 @@ def _voltage_phase(record: Recording) -> list[Finding]:
     return [Finding("skew", "current", None, text)]
 
 
-CHECKS: tuple[Callable[[Recording], list[Finding]], ...] = (_power_sign, _velocity_matches, _flux_sign, _voltage_phase)
+SANITY_CHECKS: tuple[Callable[[Recording], list[Finding]], ...] = (
+    _power_sign,
+    _velocity_matches,
+    _flux_sign,
+    _voltage_phase,
+)

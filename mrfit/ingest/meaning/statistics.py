@@ -7,15 +7,15 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.ingest import series
-from mrfit.ingest.table import Lost, Table
+from mrfit.ingest.table import RejectedRows, Table
 
-KIND = "row of statistics"
-MOST_ROWS = 8
-NEAR = 1000
+STATISTICS_ROW = "row of statistics"
+MOST_STATISTICS = 8
+ROWS_BESIDE = 1000
 """Rows beside them by which a jump is told from a step."""
-JUMP = 3.0
+STATISTICS_JUMP = 3.0
 """Least step into the rows of statistics, in greatest steps of the rows beside them."""
-EXACT = 1e-3
+SAME_STATISTIC = 1e-3
 """Departure of a printed statistic, in the range of its channel."""
 
 
@@ -30,8 +30,8 @@ def without_statistics(table: Table) -> Table:
         if not number:
             continue
         rows = np.arange(number) + (len(table.lines) - number if at_end else 0)
-        lost = Lost(table.refused)
-        lost.add([KIND] * number, [int(table.lines[k]) for k in rows])
+        lost = RejectedRows(table.refused)
+        lost.add([STATISTICS_ROW] * number, [int(table.lines[k]) for k in rows])
         table = replace(
             table,
             columns=tuple(replace(c, values=series.without(c.values, rows)) for c in table.columns),
@@ -46,12 +46,14 @@ def _rows(table: Table, at_end: bool) -> int:
     """Return the number of rows of statistics at one end."""
     columns = [c.values for c in (*table.columns, *([table.time] if table.time else []))]
     total = len(table.lines)
-    if total < 4 * MOST_ROWS:
+    if total < 4 * MOST_STATISTICS:
         return 0
-    edge = np.column_stack([c[total - NEAR :] if at_end else c[:NEAR][::-1] for c in columns if len(c) == total])
-    if total < NEAR:
+    edge = np.column_stack(
+        [c[total - ROWS_BESIDE :] if at_end else c[:ROWS_BESIDE][::-1] for c in columns if len(c) == total]
+    )
+    if total < ROWS_BESIDE:
         edge = np.column_stack([c[:] if at_end else c[:][::-1] for c in columns])
-    most = [k for k in range(MOST_ROWS, 0, -1) if _jumps(edge, k)]
+    most = [k for k in range(MOST_STATISTICS, 0, -1) if _jumps(edge, k)]
     for number in most:
         others = slice(0, total - number) if at_end else slice(number, total)
         found = [list(_of(series.part(c, others))) for c in columns]
@@ -67,7 +69,7 @@ def _jumps(edge: Array, number: int) -> bool:
     with np.errstate(invalid="ignore"):
         steps = np.nanmax(np.abs(np.diff(before, axis=0)), axis=0, initial=0.0)
         rows = np.arange(1.0, number + 1.0)[:, np.newaxis]  # a clock is so many steps on by itself
-        return bool(np.any(np.abs(last - before[-1]) > JUMP * steps * rows + 1e-12))
+        return bool(np.any(np.abs(last - before[-1]) > STATISTICS_JUMP * steps * rows + 1e-12))
 
 
 def _of(values: series.Values) -> Iterator[tuple[float, float]]:
@@ -79,7 +81,7 @@ def _of(values: series.Values) -> Iterator[tuple[float, float]]:
         if len(sound):
             low, high = min(low, float(sound.min())), max(high, float(sound.max()))
         total, square, count = total + float(sound.sum()), square + float(sound @ sound), count + len(sound)
-    mean, off = total / max(count, 1.0), EXACT * max(high - low, 0.0)
+    mean, off = total / max(count, 1.0), SAME_STATISTIC * max(high - low, 0.0)
     variance = max(square / max(count, 1.0) - mean * mean, 0.0)
     yield from ((high, off), (low, off), (mean, off), (total, off * max(count, 1.0)), (variance**0.5, off))
     yield from (((square / max(count, 1.0)) ** 0.5, off), (high - low, off), (max(high, -low), off))

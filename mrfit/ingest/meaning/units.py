@@ -97,7 +97,9 @@ SPELLINGS = {
     "mils": "thou",
     '"': "inch",
 }
-SIGNS = str.maketrans({"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"})
+UNIT_SIGNS = str.maketrans(
+    {"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"}
+)
 CASE_SENSITIVE = {
     **{"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"},
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
@@ -107,16 +109,16 @@ WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}
 """Units of mass that test machines print for forces."""
 SINCE = re.compile(r"\s+since\b.*", re.IGNORECASE | re.DOTALL)
 """What follows a unit of time in ``days since 2024-01-01``."""
-TEMPERATURES = ("degC", "degF")
+TEMPERATURE_UNITS = ("degC", "degF")
 SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
 ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
-LONGEST = 24
-POWER = r"(?:(?:\*\*|\^)-?\d\d?(?:\.\d)?)?"
-FACTOR = re.compile(rf"(?:1|[A-Za-z°%Ωµ_][A-Za-z0-9°%Ωµ._-]*){POWER}")
+LONGEST_UNIT = 24
+UNIT_POWER = r"(?:(?:\*\*|\^)-?\d\d?(?:\.\d)?)?"
+UNIT_FACTOR = re.compile(rf"(?:1|[A-Za-z°%Ωµ_][A-Za-z0-9°%Ωµ._-]*){UNIT_POWER}")
 """A factor of a unit: one, or a word; perhaps to a power of two digits."""
-BRACKET = re.compile(rf"\(([^()]*)\){POWER}")
+BRACKET = re.compile(rf"\(([^()]*)\){UNIT_POWER}")
 OPERATOR = re.compile(r" *(\*\*|[*/^]) *")
-BETWEEN = re.compile(r"(?<!\*)\*(?!\*)|[/ ]")
+UNIT_FACTORS_BETWEEN = re.compile(r"(?<!\*)\*(?!\*)|[/ ]")
 WORDS_OF_POWER = re.compile(r"\b(?:squared?|sq|cubed|cubic)\b", re.IGNORECASE)
 
 
@@ -143,7 +145,7 @@ def _registry() -> Any:
 @cache
 def spelled(text: str) -> str:
     """Return a unit in pint's spelling, without asking whether pint knows it."""
-    bare = SINCE.sub("", text.strip().strip("[](){}").strip().translate(SIGNS))
+    bare = SINCE.sub("", text.strip().strip("[](){}").strip().translate(UNIT_SIGNS))
     if bare in CASE_SENSITIVE:
         return CASE_SENSITIVE[bare]
     bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)
@@ -155,7 +157,7 @@ def spelled(text: str) -> str:
 def known(text: str) -> bool:
     """Whether a text is a unit."""
     unit = spelled(text)
-    if unit == "1" or unit in SI or unit in TEMPERATURES:
+    if unit == "1" or unit in SI or unit in TEMPERATURE_UNITS:
         return True
     if not _is_plain(unit):
         return False
@@ -173,7 +175,7 @@ def _is_plain(unit: str) -> bool:
 
     pint works out whatever it is given, and a power of powers has more digits than there is time to make.
     """
-    if len(unit) > LONGEST or unit[:1].isdigit() or len(WORDS_OF_POWER.findall(unit)) > 1:
+    if len(unit) > LONGEST_UNIT or unit[:1].isdigit() or len(WORDS_OF_POWER.findall(unit)) > 1:
         return False
     unit, powers = OPERATOR.sub(r"\1", unit), 0
     while match := BRACKET.search(unit):
@@ -185,7 +187,7 @@ def _is_plain(unit: str) -> bool:
 
 
 def _is_product(text: str) -> bool:
-    return all(FACTOR.fullmatch(factor) for factor in BETWEEN.split(text))
+    return all(UNIT_FACTOR.fullmatch(factor) for factor in UNIT_FACTORS_BETWEEN.split(text))
 
 
 @cache
@@ -228,7 +230,7 @@ def to_unit(text: str, unit: str) -> Conversion:
     quantity = _registry().Quantity
     zero = quantity(0.0, _plain(written)).to(_plain(unit)).magnitude
     one = quantity(1.0, _plain(written)).to(_plain(unit)).magnitude
-    if written not in TEMPERATURES and unit not in TEMPERATURES:
+    if written not in TEMPERATURE_UNITS and unit not in TEMPERATURE_UNITS:
         return Conversion(unit, float(one))
     return Conversion(unit, float(one - zero), float(zero))
 
@@ -239,7 +241,7 @@ def to_si(text: str) -> Conversion:
     written = spelled(text)
     if written == "1" or written in SI:
         return Conversion(written)
-    if written in TEMPERATURES:
+    if written in TEMPERATURE_UNITS:
         return to_unit(written, "degC")
     if written in WEIGHTS:
         return to_unit(written, "kg")

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, ReaderSpec
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.table import Column, Refused, Source, Table
+from mrfit.ingest.table import Column, RejectedRow, Source, Table
 from mrfit.ingest.text.body import Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, body_of, found_line, positive, table_of, text_of
@@ -15,10 +15,10 @@ from mrfit.ingest.time.rate import with_rate
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log", blocks=True)
 STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")
-BETWEEN = re.compile(rb",[ \t]+")
-SAMPLE = 400
+COMMA_AND_BLANK = re.compile(rb",[ \t]+")
+COMMA_SAMPLE = 400
 # Least share of stamps of one form, and the rows from which it has to be met further down in a log
-READABLE, MANY = 0.9, 100
+READABLE, MANY_STAMPS = 0.9, 100
 
 
 def sniff(head: Head) -> bool:
@@ -51,7 +51,7 @@ def read(source: Source) -> list[Table]:
     comma = _has_decimal_commas(head, row, (stamp, event), channels)
     marks = (";", ",") if comma else (",", ".")
     layout = Layout(row + 1, *marks, len(names), tuple(channels), texts, optional, header=header)
-    data = BETWEEN.sub(b";", text_of(source)[:]) if comma else None
+    data = COMMA_AND_BLANK.sub(b";", text_of(source)[:]) if comma else None
     body = body_of(source, layout, data)
     if event is not None:
         _refuse_numbers(body, event)
@@ -74,7 +74,7 @@ def _has_decimal_commas(head: Head, row: int, others: tuple[int, int | None], ch
         If they have, and no such blank tells where a number ends.
     """
     stamp, event = others
-    lines = [line for line in head.lines[row + 1 :] if line.strip()][:SAMPLE]
+    lines = [line for line in head.lines[row + 1 :] if line.strip()][:COMMA_SAMPLE]
     apart = [[f.strip() for f in re.split(r",[ \t]+", line.strip())] for line in lines]
     number = number_pattern(",")
     paired = [r for r in apart if len(r) > max(channels, default=0) and all(number.fullmatch(r[c]) for c in channels)]
@@ -100,7 +100,7 @@ def _refuse_numbers(body: Body, event: int) -> None:
     if not odd:
         return
     body.refused = sorted(
-        [*body.refused, *(Refused("number for an event", int(body.lines[k])) for k in odd)], key=lambda r: r.line
+        [*body.refused, *(RejectedRow("number for an event", int(body.lines[k])) for k in odd)], key=lambda r: r.line
     )
     body.lines = np.delete(body.lines, odd)
     body.numbers = {c: np.delete(v, odd) for c, v in body.numbers.items()}
@@ -124,7 +124,7 @@ def _seconds(source: Source, texts: list[str]) -> Array:
     shares = [float(parsed.notna().mean()) for parsed in read]
     best = int(np.argmax(shares))
     # a few rows at a log's end may all be damaged: their times are nan
-    if shares[best] <= READABLE and (not known or len(texts) >= MANY):
+    if shares[best] <= READABLE and (not known or len(texts) >= MANY_STAMPS):
         what = f"unknown form of time stamp '{texts[0]}'" + (" further down" if known else "")
         raise Refusal(source.head.path, what, "set the logger to MM/DD/YYYY hh:mm:ss.fff")
     if not known:

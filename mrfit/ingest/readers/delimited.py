@@ -16,18 +16,18 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.factor_rows import factor_row
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
+from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, Layout, number_pattern, split
 from mrfit.ingest.text.decimal_comma import pairs_in, with_points
 from mrfit.ingest.text.head import Head, Text
 from mrfit.ingest.text.layout import (
     CLOCK,
     COMMENTS,
     DATE_NAMES,
-    SAMPLE,
+    SAMPLE_LINES,
     STAMP,
     TIME_NAMES,
-    Grid,
     Header,
+    TextGrid,
     find_grid,
     find_header,
 )
@@ -42,7 +42,7 @@ RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sampl
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
 SPARSE = 0.05
-COUNTED = 0.95
+NUMBERED_ROWS = 0.95
 """Least share of the first rows that a column must number to be no channel."""
 
 
@@ -81,7 +81,7 @@ def read(source: Source) -> list[Table]:
     return [replace(table, findings=(*table.findings, *said))]
 
 
-def _with_row_names(source: Source, grid: Grid, header: Header) -> Header:
+def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:
     """Return a header that lacks one name with the names of all columns but the first, as R's write.table means it.
 
     Raises
@@ -91,8 +91,12 @@ def _with_row_names(source: Source, grid: Grid, header: Header) -> Header:
     """
     texts = [r[0] for r in _sample_rows(source.head, grid)]
     counts = np.array([int(t) for t in texts if re.fullmatch(r"\d{1,15}", t)])
-    steps = np.diff(counts[:SAMPLE])
-    numbered = len(counts) > max(1, COUNTED * len(texts)) and np.median(steps) == 1 and np.mean(steps > 0) > COUNTED
+    steps = np.diff(counts[:SAMPLE_LINES])
+    numbered = (
+        len(counts) > max(1, NUMBERED_ROWS * len(texts))
+        and np.median(steps) == 1
+        and np.mean(steps > 0) > NUMBERED_ROWS
+    )
     number = number_pattern(grid.decimal)
     if not numbered and sum(bool(number.fullmatch(t)) for t in texts) > 0.5 * len(texts):
         raise Refusal(
@@ -104,7 +108,7 @@ def _with_row_names(source: Source, grid: Grid, header: Header) -> Header:
     return replace(header, names=("", *header.names[:-1]), units=(None, *header.units[:-1]), short=True)
 
 
-def _need_map(source: Source, grid: Grid) -> None:
+def _need_map(source: Source, grid: TextGrid) -> None:
     if source.rules.channels:
         return
     row = excerpt(source.head.lines[grid.first])
@@ -120,9 +124,9 @@ def _need_map(source: Source, grid: Grid) -> None:
     raise Refusal(source.head.path, what, f"{remedy}; it holds, or a file given by --map does, {example}")
 
 
-def _rises_evenly(head: Head, grid: Grid, column: int) -> bool:
+def _rises_evenly(head: Head, grid: TextGrid, column: int) -> bool:
     number = number_pattern(grid.decimal)
-    texts = [r[column] for r in _sample_rows(head, grid)[:SAMPLE]]
+    texts = [r[column] for r in _sample_rows(head, grid)[:SAMPLE_LINES]]
     if len(texts) < 4 or not all(number.fullmatch(t) for t in texts):
         return False
     values = np.array([float(t.replace(grid.decimal, ".").replace("∞", "inf")) for t in texts])
@@ -130,7 +134,7 @@ def _rises_evenly(head: Head, grid: Grid, column: int) -> bool:
     return bool(np.all(steps > 0.0) and np.ptp(steps) < 0.1 * np.mean(steps))
 
 
-def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = None) -> Table:
+def read_grid(source: Source, grid: TextGrid, header: Header, data: Text | None = None) -> Table:
     """Return the table of a text log whose layout and header are known; ``data`` is its text where it was rewritten."""
     head = source.head
     kinds = _kinds(head, grid)
@@ -167,20 +171,20 @@ def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = No
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
 
 
-def _sample_rows(head: Head, grid: Grid) -> list[list[str]]:
+def _sample_rows(head: Head, grid: TextGrid) -> list[list[str]]:
     lines = [line for line in head.lines[grid.first :] if line.strip()]
-    chosen = lines if len(lines) <= 2 * SAMPLE else lines[:SAMPLE] + lines[-SAMPLE:]
+    chosen = lines if len(lines) <= 2 * SAMPLE_LINES else lines[:SAMPLE_LINES] + lines[-SAMPLE_LINES:]
     rows = [split(line, grid.delimiter) for line in chosen]
     return [r + [""] * (grid.width - len(r)) for r in rows if abs(len(r) - grid.width) <= 1]
 
 
-def _kinds(head: Head, grid: Grid) -> list[str]:
+def _kinds(head: Head, grid: TextGrid) -> list[str]:
     """Return for every column what its fields are: number, stamp, text, sparse or empty."""
     number = number_pattern(grid.decimal)
     rows = _sample_rows(head, grid)
     kinds = []
     for k in range(grid.width):
-        filled = [r[k] for r in rows if r[k] not in EMPTY]
+        filled = [r[k] for r in rows if r[k] not in EMPTY_FIELDS]
         numbers = sum(bool(number.fullmatch(f)) or f in NOT_A_NUMBER or f in ("∞", "-∞") for f in filled)
         if not filled:
             kinds.append("empty")
@@ -196,7 +200,7 @@ def _kinds(head: Head, grid: Grid) -> list[str]:
 
 
 def _time_column(
-    source: Source, grid: Grid, header: Header, numeric: Sequence[int], stamps: Sequence[int]
+    source: Source, grid: TextGrid, header: Header, numeric: Sequence[int], stamps: Sequence[int]
 ) -> int | None:
     rule = source.rules.time
     if rule is not None:
@@ -245,7 +249,7 @@ def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: 
     return replace(table, time=Column(name, "s", np.asarray(seconds, dtype=np.float64), index))
 
 
-def _sparse(head: Head, grid: Grid, header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:
+def _sparse(head: Head, grid: TextGrid, header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:
     """Name the columns that are no channels, and take the sample rate where one of them holds it."""
     findings: list[Finding] = []
     rate = None
@@ -254,7 +258,7 @@ def _sparse(head: Head, grid: Grid, header: Header, kinds: list[str]) -> tuple[l
         name = header.names[k]
         if kind in ("number", "stamp") or not name:
             continue
-        filled = [r[k] for r in rows if r[k] not in EMPTY]
+        filled = [r[k] for r in rows if r[k] not in EMPTY_FIELDS]
         if kind == "sparse" and name.lower() in RATE_NAMES and (value := positive(filled)):
             rate = interval(value, header.units[k] or "Hz")
             text = f"column '{name}' gives the sample rate, {1.0 / rate:g} Hz, and is no channel"

@@ -21,11 +21,11 @@ SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with da
 BEGINS = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{])")
 VALUES = ("values", "value", "data", "samples", "y")
 """Names of the array of a channel that is an object with a unit."""
-INTERVALS = {"dt": "s", "ts": "s", "sample_interval": "s", "interval": "s", "step": "s"} | dict.fromkeys(
+JSON_INTERVALS = {"dt": "s", "ts": "s", "sample_interval": "s", "interval": "s", "step": "s"} | dict.fromkeys(
     ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency"), "Hz"
 )
 """Names of a sample interval or rate, with the unit they have where none is written."""
-DEEPEST = 4
+DEEPEST_OBJECT = 4
 """Objects inside each other in which arrays are looked for."""
 
 
@@ -42,7 +42,7 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is no JSON, holds no numbers, or its arrays have several lengths.
     """
-    found = [f for f in _runs(_document(source), _Found(), 0) if f.columns]
+    found = [f for f in _runs(_document(source), _RunArrays(), 0) if f.columns]
     if not found:
         remedy = 'write {"dt": 0.001, "units": {"force": "N"}, "force": [0.1, 0.2]} or the like'
         raise Refusal(source.head.path, "no array of numbers in this JSON file", remedy)
@@ -50,7 +50,7 @@ def read(source: Source) -> list[Table]:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _RunArrays:
     """Arrays of one run by name, and what the objects around them say: units, interval, condition."""
 
     columns: Mapping[str, Array] = field(default_factory=dict)
@@ -77,13 +77,13 @@ def _document(source: Source) -> Any:
         raise Refusal(head.path, f"damaged JSON ({error})", "copy it again") from None
 
 
-def _runs(content: Any, around: _Found, depth: int) -> Iterator[_Found]:
+def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
     """Yield the runs in a value of the file, with what was said of them further out."""
-    if depth > DEEPEST:
+    if depth > DEEPEST_OBJECT:
         return
     if isinstance(content, list):
         if found := _records(content):
-            yield _Found(found, around.units, around.dt, around.condition)
+            yield _RunArrays(found, around.units, around.dt, around.condition)
         else:
             for inner in content if all(isinstance(one, dict) for one in content) else ():
                 yield from _runs(inner, around, depth + 1)
@@ -92,7 +92,7 @@ def _runs(content: Any, around: _Found, depth: int) -> Iterator[_Found]:
         return
     about = _about(content, around)
     if columns := _columns(content):
-        yield _Found(columns, _units_beside(content) | dict(about.units), about.dt, about.condition)
+        yield _RunArrays(columns, _units_beside(content) | dict(about.units), about.dt, about.condition)
         return
     for inner in content.values():
         yield from _runs(inner, about, depth + 1)
@@ -140,7 +140,7 @@ def _numbers(values: list[Any]) -> Array | None:
         return None
 
 
-def _about(content: Mapping[str, Any], around: _Found) -> _Found:
+def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
     """Return the statements of an object on the arrays in it, with those of the objects around it."""
     stated = content.get("units")
     written = {str(n): u for n, u in stated.items() if isinstance(u, str)} if isinstance(stated, dict) else {}
@@ -149,7 +149,7 @@ def _about(content: Mapping[str, Any], around: _Found) -> _Found:
         (content[n] for n in ("condition", "conditions") if isinstance(content.get(n), dict)), {}
     )
     condition = {str(n): float(v) for n, v in told.items() if isinstance(v, (int, float)) and abs(v) < 1e300}
-    return _Found({}, dict(around.units) | written, dt, dict(around.condition) | condition)
+    return _RunArrays({}, dict(around.units) | written, dt, dict(around.condition) | condition)
 
 
 def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
@@ -161,7 +161,7 @@ def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
 def _interval(name: str, value: Any) -> float | None:
     """Return the sample interval in s that a key states: a number, ``"1 ms"``, or value and unit."""
     bare, unit = name_and_unit(name)
-    kind = INTERVALS.get(bare.strip().lower().replace(" ", "_"))
+    kind = JSON_INTERVALS.get(bare.strip().lower().replace(" ", "_"))
     if isinstance(value, dict):
         value, unit = value.get("value"), value.get("unit")
     if isinstance(value, str) and (said := units.quantity(value)):
@@ -172,7 +172,7 @@ def _interval(name: str, value: Any) -> float | None:
     return interval(float(value), unit) if any(units.compatible(unit, k) for k in ("s", "Hz")) else None
 
 
-def _table(found: _Found, source: Source) -> Table:
+def _table(found: _RunArrays, source: Source) -> Table:
     path, lengths = source.head.path, {name: len(values) for name, values in found.columns.items()}
     if len({*lengths.values()}) > 1:
         shown = ", ".join(f"{name} {length}" for name, length in list(lengths.items())[:6])

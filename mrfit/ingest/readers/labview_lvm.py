@@ -10,7 +10,7 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.body import ROW, Body, Layout, number_pattern, split
+from mrfit.ingest.text.body import NUMBER_ROW, Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
 from mrfit.ingest.text.layout import name_and_unit
@@ -35,7 +35,7 @@ def heading(head: Head) -> Heading | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
+class LvmHeader:
     """The header of the first segment: delimiter, line of the name row, names, and its settings by channel."""
 
     delimiter: str
@@ -71,7 +71,7 @@ def read(source: Source) -> list[Table]:
     return [replace(t, breaks=heads, stated_rows=None if heads else t.stated_rows) for t in tables]
 
 
-def _segment(head: Head) -> Segment:
+def _segment(head: Head) -> LvmHeader:
     row = next((k for k, line in enumerate(head.lines) if line.lower().startswith("x_value")), None)
     if row is None:
         raise Refusal(head.path, "no X_Value row in its header", "export the log again")
@@ -85,10 +85,10 @@ def _segment(head: Head) -> Segment:
     names = tuple(n for n in split(head.lines[row], delimiter))
     while names and not names[-1]:
         names = names[:-1]
-    return Segment(delimiter, row, names, meta)
+    return LvmHeader(delimiter, row, names, meta)
 
 
-def _check_names(segment: Segment, names: int, head: Head) -> None:
+def _check_names(segment: LvmHeader, names: int, head: Head) -> None:
     """Refuse a name row that does not name as many channels as the header counts."""
     count = units.quantity(next(iter(segment.meta.get("channels", [])), ""))
     if count is not None and count[0] != names:
@@ -96,7 +96,7 @@ def _check_names(segment: Segment, names: int, head: Head) -> None:
         raise Refusal(head.path, f"its header counts {count[0]:g} channels but names {names}", remedy)
 
 
-def _field(segment: Segment, column: int, place: int) -> Field:
+def _field(segment: LvmHeader, column: int, place: int) -> Field:
     """Return name and unit of a channel; units stand in its column, or one after the other as the channels do."""
     name, bracketed = name_and_unit(segment.names[column])
     labels = segment.meta.get("y_unit_label", [])
@@ -107,14 +107,14 @@ def _field(segment: Segment, column: int, place: int) -> Field:
     return Field(name, label or bracketed, column)
 
 
-def _filled_clocks(head: Head, segment: Segment, clocks: list[int]) -> list[int]:
+def _filled_clocks(head: Head, segment: LvmHeader, clocks: list[int]) -> list[int]:
     """Return the X_Value columns that hold times; with X_Columns No they are empty."""
     first = next((line for line in head.lines[segment.row + 1 :] if line.strip()), "")
     fields = split(first, segment.delimiter)
     return [k for k in clocks if k < len(fields) and fields[k]]
 
 
-def _decimal(head: Head, segment: Segment) -> str:
+def _decimal(head: Head, segment: LvmHeader) -> str:
     """Return the decimal mark: the stated one, or (files of version 0.92 state none) the one the data have."""
     stated = next(iter(segment.meta.get("decimal_separator", [])), "")
     if stated in (".", ","):
@@ -124,7 +124,7 @@ def _decimal(head: Head, segment: Segment) -> str:
     return "." if any(number_pattern(".").fullmatch(f) for f in fields) else ","
 
 
-def _without_headers(source: Source, segment: Segment) -> tuple[bytes, tuple[int, ...]]:
+def _without_headers(source: Source, segment: LvmHeader) -> tuple[bytes, tuple[int, ...]]:
     """Return the data with all headers blanked, and the line numbers of the later name rows."""
     first = source.block.line if source.block else 1
     lines = text_of(source)[:].split(b"\n")
@@ -141,12 +141,12 @@ def _without_headers(source: Source, segment: Segment) -> tuple[bytes, tuple[int
             lines[begin : place + 1] = [b""] * (place + 1 - begin)
             heads.append(first + place)
             begin = None
-        elif begin is not None and ROW.match(line):
+        elif begin is not None and NUMBER_ROW.match(line):
             begin = None
     return b"\n".join(lines), tuple(heads)
 
 
-def _tables(body: Body, fields: list[Field], clocks: list[int], segment: Segment, head: Head) -> list[Table]:
+def _tables(body: Body, fields: list[Field], clocks: list[int], segment: LvmHeader, head: Head) -> list[Table]:
     if not clocks:
         return [_stated(table_of(body, fields), segment, head)]
     delta = _number(segment, "delta_x", 1)
@@ -159,18 +159,18 @@ def _tables(body: Body, fields: list[Field], clocks: list[int], segment: Segment
     return [replace(table, dt=delta)]
 
 
-def _counted(table: Table, segment: Segment) -> Table:
+def _counted(table: Table, segment: LvmHeader) -> Table:
     return replace(table, stated_rows=positive(segment.meta.get("samples", [])))
 
 
-def _number(segment: Segment, key: str, place: int) -> float | None:
+def _number(segment: LvmHeader, key: str, place: int) -> float | None:
     texts = segment.meta.get(key, [])
     text = texts[place - 1].replace(",", ".") if len(texts) >= place else ""
     value = float(text.replace("∞", "inf")) if number_pattern(".").fullmatch(text) else math.inf
     return value if math.isfinite(value) else None
 
 
-def _stated(table: Table, segment: Segment, head: Head) -> Table:
+def _stated(table: Table, segment: LvmHeader, head: Head) -> Table:
     """Return a table without times on the grid X0 + k·Delta_X."""
     start, delta = _number(segment, "x0", 1), _number(segment, "delta_x", 1)
     if delta is None or delta <= 0.0:

@@ -14,7 +14,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.containers.arrays import WIDEST, Arrays, check_times, tables_of
+from mrfit.ingest.containers.arrays import WIDEST_MATRIX, Arrays, check_times, tables_of
 from mrfit.ingest.containers.dspace import captures_of
 from mrfit.ingest.containers.hdf import matlab_variables
 from mrfit.ingest.containers.shelf import Shelf, check_disk
@@ -23,13 +23,13 @@ from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.head import Head
 
 SPEC = ReaderSpec("matlab", "MATLAB MAT-file", fragile=True, libraries=("scipy.io", "h5py"))
-DEEPEST = 6
+DEEPEST_STRUCT = 6
 HEADER = 128
 """Bytes before the first element of a version 5 file; the last two say the order of bytes."""
 COMPRESSED = 15
 """Type of an element that is another one, deflated."""
 NUMERIC = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "logical")
-PIECE = 1 << 20
+MATRIX_PIECE = 1 << 20
 """Bytes unpacked at once where they are only counted."""
 
 
@@ -49,15 +49,15 @@ def read(source: Source) -> list[Table]:
         If the file is damaged or holds no vectors.
     """
     path = source.head.path
-    found = _Found(Arrays(room=source.room(), shelf=source.shelf), [])
+    found = _FileArrays(Arrays(room=source.room(), shelf=source.shelf), [])
     if source.head.raw.startswith(b"MATLAB 7.3"):
         with matlab_variables(source, found.arrays) as variables:
             for name, value in variables.items():
-                _take(found, name, value, DEEPEST)
+                _take(found, name, value, DEEPEST_STRUCT)
     else:
         for variables in _variables(path, source):
             for name, value in variables.items():
-                _take(found, name, value, DEEPEST)
+                _take(found, name, value, DEEPEST_STRUCT)
     tables = [table for arrays in found.captures for table in tables_of(arrays, source)]
     if not tables:
         return tables_of(found.arrays, source)
@@ -68,7 +68,7 @@ def read(source: Source) -> list[Table]:
 
 
 @dataclass(slots=True)
-class _Found:
+class _FileArrays:
     """The plain arrays of a file, and those of each time axis of its dSPACE captures."""
 
     arrays: Arrays
@@ -134,20 +134,20 @@ def unpacked_sizes(path: Path, enough: float) -> list[float]:
 def _inflated_size(handle: BinaryIO, size: int, enough: float) -> float:
     """Return the bytes that the ``size`` deflated ones at hand unpack to."""
     stream, total, end = zlib.decompressobj(), 0.0, handle.tell() + size
-    while total <= enough and not stream.eof and (raw := handle.read(min(PIECE, end - handle.tell()))):
+    while total <= enough and not stream.eof and (raw := handle.read(min(MATRIX_PIECE, end - handle.tell()))):
         while raw and total <= enough:
-            total += len(stream.decompress(raw, PIECE))
+            total += len(stream.decompress(raw, MATRIX_PIECE))
             raw = stream.unconsumed_tail
     handle.seek(end)
     return total
 
 
-def _take(found: _Found, name: str, value: Any, depth: int) -> None:
+def _take(found: _FileArrays, name: str, value: Any, depth: int) -> None:
     fields = getattr(value, "_fieldnames", None)
     if fields is None:
         if not (isinstance(value, np.ndarray) and value.dtype == object):
             found.arrays.add(name, value)
-        elif depth and value.size <= WIDEST:  # a cell array, or a struct array such as Simulink's signals
+        elif depth and value.size <= WIDEST_MATRIX:  # a cell array, or a struct array such as Simulink's signals
             for k, item in enumerate(value.ravel()):
                 label = getattr(item, "label", "")
                 _take(found, f"{name}.{label}" if isinstance(label, str) and label else f"{name}[{k}]", item, depth - 1)

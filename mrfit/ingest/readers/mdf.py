@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
 from mrfit.ingest.containers.shelf import Shelf
-from mrfit.ingest.refusal import Passing, Refusal, damaged
+from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 
@@ -22,7 +22,7 @@ SPEC = ReaderSpec(
 )
 LONGEST_RECORD = 1 << 24
 """Bytes of a record that no file is too short for, since it may be packed."""
-TIME = 1
+MDF_TIME = 1
 """MDF's number for a master channel that is time; 2 is angle, 3 distance, 4 index."""
 
 
@@ -44,7 +44,7 @@ def read(source: Source) -> list[Table]:
         import asammdf
         from asammdf.blocks import mdf_v3, mdf_v4
     except ImportError:
-        raise Passing(path, "MDF needs asammdf", "install it: pip install 'mrfit[mdf]'") from None
+        raise TransientRefusal(path, "MDF needs asammdf", "install it: pip install 'mrfit[mdf]'") from None
     for kind in (mdf_v3.MDF3, mdf_v4.MDF4):
         # asammdf's own destructor fails on a half-opened file and prints a traceback
         kind.__del__ = _close_quietly  # type: ignore[method-assign]
@@ -91,7 +91,7 @@ def _tables(mdf: Any, shelf: Shelf | None) -> Iterator[Table]:
             # left to itself, asammdf drops a channel's invalid samples and with them the rows of the group
             signal = mdf.get(group=number, index=place, ignore_invalidation_bits=True)
             index += 1
-            timed = timed and (signal.master_metadata or ("", TIME))[1] == TIME
+            timed = timed and (signal.master_metadata or ("", MDF_TIME))[1] == MDF_TIME
             values = np.asarray(signal.samples)
             if (place == master and timed) or values.ndim != 1 or values.dtype.kind not in "fiu":
                 continue

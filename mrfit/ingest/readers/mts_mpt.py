@@ -6,14 +6,14 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import ROW, Layout, split
+from mrfit.ingest.text.body import NUMBER_ROW, Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
 from mrfit.ingest.text.layout import TIME_NAMES, TwoRows, two_rows
 from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text", blocks=True)
-ROWS = 50
+DECIMAL_ROWS = 50
 BLANK = b" \t\r\0"
 DECIMAL_PLACE = 5  # MTS793|MPT|ENU|1|2|.|/|:|…
 
@@ -58,7 +58,7 @@ def read(source: Source) -> list[Table]:
 
 def _decimal(head: Head, row: int) -> str:
     """Return the decimal mark that the first rows have; if they have none, the one the first line states."""
-    shown = {mark for line in head.lines[row : row + ROWS] for mark in ".," if mark in line}
+    shown = {mark for line in head.lines[row : row + DECIMAL_ROWS] for mark in ".," if mark in line}
     stated = head.lines[0].split("|")
     if len(shown) != 1 and len(stated) > DECIMAL_PLACE and stated[DECIMAL_PLACE] in (".", ","):
         return stated[DECIMAL_PLACE]
@@ -87,6 +87,6 @@ def _without_headers(source: Source, header: TwoRows) -> tuple[bytes, tuple[int,
             lines[begin : place + 1] = [b""] * (place + 1 - begin)
             heads.append(first + place)
             begin = None
-        elif begin is not None and ROW.match(stripped):
+        elif begin is not None and NUMBER_ROW.match(stripped):
             begin = None
     return b"\n".join(lines), tuple(heads)

@@ -26,9 +26,9 @@ from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
 BUFFER = 1 << 20
-EXACT = 2**53
+EXACT_WHOLE = 2**53
 """From here on not every whole number is a float."""
-NOTHING = ("no numeric column with two rows", "write the log as float columns beside a time column")
+NO_NUMERIC_COLUMN = ("no numeric column with two rows", "write the log as float columns beside a time column")
 
 
 def sniff(head: Head) -> bool:
@@ -74,12 +74,12 @@ def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
     _check_times(source)
     for columns, rows, about in _parts(source, size):
         if not columns:
-            raise Refusal(path, NOTHING[0], NOTHING[1])
+            raise Refusal(path, NO_NUMERIC_COLUMN[0], NO_NUMERIC_COLUMN[1])
         table = _table(columns, rows, about, source.rules.time)
         yield [replace(table, lines=table.lines + done)]
         done += rows
     if done < 2:
-        raise Refusal(path, NOTHING[0], NOTHING[1])
+        raise Refusal(path, NO_NUMERIC_COLUMN[0], NO_NUMERIC_COLUMN[1])
 
 
 def extent(source: Source) -> tuple[int, int]:
@@ -186,7 +186,7 @@ def _counted_time(column: Any, unit: str | None, carry: dict[str, Any], place: i
         first = known[0].as_py() if len(known) else 0
         named = unit_since_1970(first)
         if len(known):
-            carry[key] = unit or named, bool(named and not unit) or abs(first) > EXACT
+            carry[key] = unit or named, bool(named and not unit) or abs(first) > EXACT_WHOLE
     found, since = carry.get(key, (unit, False))
     return (_from_first(column, carry, place, 1.0) if since else _floats(column)), found
 

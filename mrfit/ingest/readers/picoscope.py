@@ -11,7 +11,7 @@ from mrfit.ingest.text.layout import find_grid
 from mrfit.ingest.text.textlog import Field, fields_at, read_columns
 
 SPEC = ReaderSpec("picoscope", "PicoScope CSV and text", blocks=True)
-DELIMITERS = ("\t", ";", ",")
+PICOSCOPE_DELIMITERS = ("\t", ";", ",")
 
 
 def sniff(head: Head) -> bool:
@@ -22,7 +22,7 @@ def sniff(head: Head) -> bool:
 def _delimiter(head: Head) -> str | None:
     if len(head.lines) < 3 or head.lines[2].strip():
         return None
-    for delimiter in DELIMITERS:
+    for delimiter in PICOSCOPE_DELIMITERS:
         cells = split(head.lines[1], delimiter)
         if len(cells) > 1 and all(re.fullmatch(r"\([^()]*\)", c) for c in cells):
             return delimiter if units.compatible(cells[0], "s") else None

@@ -11,7 +11,7 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import ROW, Layout, split
+from mrfit.ingest.text.body import NUMBER_ROW, Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import find_grid
 from mrfit.ingest.text.textlog import Field, check_width, read_table
@@ -25,7 +25,7 @@ NEEDED = ("Resolution", "XStart")
 def sniff(head: Head) -> bool:
     """Whether the file's name ends in ``.Wfm.csv``, its settings file is there, and it begins with bare numbers."""
     first = next((line for line in head.lines if line.strip()), "")
-    return bool(ROW.match(first.encode())) and _settings(head.path) is not None
+    return bool(NUMBER_ROW.match(first.encode())) and _settings(head.path) is not None
 
 
 def _settings(path: Path) -> dict[str, str] | None:

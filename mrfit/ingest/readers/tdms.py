@@ -12,7 +12,7 @@ from mrfit.ingest import series
 from mrfit.ingest.containers.attributes import units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
-from mrfit.ingest.refusal import Passing, Refusal, damaged
+from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
@@ -41,7 +41,7 @@ def read(source: Source) -> list[Table]:
     groups = _groups(path, source)
     begins = [c.began for channels in groups for c in channels if c.began is not None]
     for channels in groups:
-        by_clock: dict[tuple[int, float, float], list[_Channel]] = {}
+        by_clock: dict[tuple[int, float, float], list[_TdmsChannel]] = {}
         for channel in channels:
             late = (channel.began - min(begins)) / np.timedelta64(1, "s") if channel.began is not None else 0.0
             clock = (len(channel.column.values), channel.increment, channel.offset + float(late))
@@ -53,7 +53,7 @@ def read(source: Source) -> list[Table]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Channel:
+class _TdmsChannel:
     """A channel's numbers and its clock; ``stamped`` says that the numbers are time stamps, in s from the first."""
 
     column: Column
@@ -63,11 +63,11 @@ class _Channel:
     stamped: bool
 
 
-def _groups(path: Path, source: Source) -> list[list[_Channel]]:
+def _groups(path: Path, source: Source) -> list[list[_TdmsChannel]]:
     try:
         import nptdms
     except ImportError:
-        raise Passing(path, "TDMS needs npTDMS", "install it: pip install 'mrfit[tdms]'") from None
+        raise TransientRefusal(path, "TDMS needs npTDMS", "install it: pip install 'mrfit[tdms]'") from None
     groups = []
     index = 0
     try:
@@ -95,7 +95,7 @@ def _expect(path: Path, lengths: list[int], source: Source) -> None:
         check_disk(path, sum(long), shelf.folder)
 
 
-def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _Channel:
+def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _TdmsChannel:
     name, bracketed = name_and_unit(channel.name)
     about = channel.properties
     unit = "".join(units_in(about)) or bracketed
@@ -106,7 +106,7 @@ def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _C
     timed = units.known(axis) and units.compatible(axis, "s")  # the x axis of a spectrum is a frequency
     began = about.get("wf_start_time") if timed else None
     numbers = values.astype(np.float64)
-    return _Channel(
+    return _TdmsChannel(
         Column(name, unit, shelf.kept(numbers) if shelf else numbers, index),
         float(about.get("wf_increment", 0.0)) if timed else 0.0,
         float(about.get("wf_start_offset", 0.0)) if timed else 0.0,
@@ -115,7 +115,7 @@ def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _C
     )
 
 
-def _table(channels: list[_Channel], rows: int, increment: float, offset: float) -> Table:
+def _table(channels: list[_TdmsChannel], rows: int, increment: float, offset: float) -> Table:
     times = [c.column for c in channels if c.stamped] + [
         c.column for c in channels if c.column.name.lower() in TIME_NAMES
     ]

@@ -13,7 +13,7 @@ from mrfit.ingest.text.layout import OVERLOAD
 from mrfit.ingest.text.textlog import Field, meta_of, positive, read_table, side_by_side
 
 SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel", blocks=True)
-TIME, VALUE = 3, 4
+TIME_FIELD, VALUE_FIELD = 3, 4
 META_LINES = 20
 
 
@@ -27,9 +27,11 @@ def _first_row(head: Head) -> int | None:
     number = number_pattern(".")
     for place, line in enumerate(head.lines[:3]):
         fields = split(line, ",")
-        if fields[0].lower() != "record length" or len(fields) <= VALUE:
+        if fields[0].lower() != "record length" or len(fields) <= VALUE_FIELD:
             continue
-        if any(number.fullmatch(fields[k]) for k in (TIME, VALUE)) or OVERLOAD.fullmatch(fields[VALUE]):
+        if any(number.fullmatch(fields[k]) for k in (TIME_FIELD, VALUE_FIELD)) or OVERLOAD.fullmatch(
+            fields[VALUE_FIELD]
+        ):
             return place
     return None
 
@@ -56,10 +58,10 @@ def read(source: Source) -> list[Table]:
     name = next(iter(meta.get("source", [])), "") or head.path.stem[-3:]
     unit = next(iter(meta.get("vertical units", [])), "") or "V"
     width = len(split(head.lines[first], ","))
-    blank = tuple(range(VALUE + 1, width))
-    layout = Layout(first, ",", ".", width, (TIME, VALUE), blank=blank)
-    clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", TIME)
-    table = read_table(source, layout, [Field(name, unit, VALUE)], clock)
+    blank = tuple(range(VALUE_FIELD + 1, width))
+    layout = Layout(first, ",", ".", width, (TIME_FIELD, VALUE_FIELD), blank=blank)
+    clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", TIME_FIELD)
+    table = read_table(source, layout, [Field(name, unit, VALUE_FIELD)], clock)
     table = replace(table, stated_rows=positive(meta.get("record length", [])))
     return [replace(table, dt=positive(meta.get("sample interval", [])))]
 

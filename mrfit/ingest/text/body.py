@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.ingest.table import Lines, Refused
+from mrfit.ingest.table import Lines, RejectedRow
 from mrfit.ingest.text.head import Text, feeds
 from mrfit.ingest.text.printed import Digits, digits_of
 from mrfit.io.arrow import floats
@@ -18,13 +18,13 @@ LINE_BY_LINE_BYTES = 8192
 TAIL = 16384
 """Bytes at the end of a log by which its last number is judged."""
 BLANKS = "\x1f"  # stands for a run of blanks while pyarrow splits
-EMPTY = ("", " ", "  ")
-ROW = re.compile(rb'[\s,;|"]*[+-]?[.,]?\d')
+EMPTY_FIELDS = ("", " ", "  ")
+NUMBER_ROW = re.compile(rb'[\s,;|"]*[+-]?[.,]?\d')
 """How a row of numbers begins, and a line of a header does not."""
 ALL_DIGITS = 15
 """Significant digits of a double."""
 NOT_A_NUMBER = ("nan", "NaN", "NAN", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None", "--", "---")
-NO_VALUE = (*EMPTY, *NOT_A_NUMBER)
+NO_VALUE = (*EMPTY_FIELDS, *NOT_A_NUMBER)
 SHEET_ERRORS = ("#REF!", "#DIV/0!", "#VALUE!", "#NUM!", "#NAME?", "#NULL!", "#SPILL!", "#CALC!")
 """What a spreadsheet writes in place of a number that it cannot compute."""
 
@@ -80,7 +80,7 @@ class Body:
     numbers: dict[int, Array]
     lines: Lines
     texts: dict[int, list[str]] = field(default_factory=dict)
-    refused: list[Refused] = field(default_factory=list)
+    refused: list[RejectedRow] = field(default_factory=list)
     open_line: int = 0
     digits: dict[int, Digits | None] = field(default_factory=dict)
     comments: list[int] = field(default_factory=list)
@@ -278,7 +278,7 @@ def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body
     kept: list[list[float]] = []
     texts: list[list[str]] = []
     lines: list[int] = []
-    refused: list[Refused] = []
+    refused: list[RejectedRow] = []
     comments: list[int] = []
     number = number_pattern(layout.decimal)
     raw_lines = text.removesuffix(b"\n").split(b"\n")
@@ -292,7 +292,7 @@ def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body
             if layout.comment and stripped[0] in layout.comment and not _is_damaged_row(content, layout, number):
                 comments.append(place)
             else:
-                refused.append(Refused(row, place))
+                refused.append(RejectedRow(row, place))
             continue
         kept.append(row[0])
         texts.append(row[1])

@@ -13,9 +13,9 @@ from mrfit.ingest.table import Source
 from mrfit.ingest.text.head import Head, Text
 from mrfit.ingest.text.textlog import text_of
 
-WHOLE, PART = r"[+-]?\d+", r"\d+(?:[eE][+-]?\d+)?"
-PAIRS = re.compile(rf"[ \t]*{WHOLE},{PART}(?:,[ \t]*{WHOLE},{PART})*[ \t]*,?[ \t]*\r?")
-PAIRED = re.compile(rf"({WHOLE}),({PART})(,?)")
+WHOLE_PART, DECIMAL_PART = r"[+-]?\d+", r"\d+(?:[eE][+-]?\d+)?"
+PAIRS = re.compile(rf"[ \t]*{WHOLE_PART},{DECIMAL_PART}(?:,[ \t]*{WHOLE_PART},{DECIMAL_PART})*[ \t]*,?[ \t]*\r?")
+PAIRED = re.compile(rf"({WHOLE_PART}),({DECIMAL_PART})(,?)")
 SURE = 0.9
 """Least share of rows that are pairs, with as many fields each."""
 

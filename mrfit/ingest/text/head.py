@@ -12,7 +12,7 @@ from mrfit.ingest.refusal import Refusal
 
 Text = bytes | mmap.mmap
 HEAD_BYTES = 65536
-CHUNK = 1 << 20
+TEXT_CHUNK = 1 << 20
 FEED, RETURN = 10, 13
 SINGLE_BYTE = ["cp1252", "latin_1", "cp437", "cp850", "mac_roman"]
 CONTAINERS = (
@@ -175,9 +175,9 @@ def body_view(head: Head) -> Text:
 def _ends_in_pairs(data: mmap.mmap) -> bool:
     """Whether every carriage return is followed by a line feed, and only by one."""
     whole = np.frombuffer(data, np.uint8)
-    for start in range(0, len(whole), CHUNK):
-        part = whole[start : start + CHUNK + 1]
-        returns = np.flatnonzero(part[:CHUNK] == RETURN) + 1
+    for start in range(0, len(whole), TEXT_CHUNK):
+        part = whole[start : start + TEXT_CHUNK + 1]
+        returns = np.flatnonzero(part[:TEXT_CHUNK] == RETURN) + 1
         if np.any(returns >= len(part)) or np.any(part[returns] != FEED):
             return False
     return True
@@ -186,4 +186,4 @@ def _ends_in_pairs(data: mmap.mmap) -> bool:
 def feeds(data: Text, start: int, stop: int) -> int:
     """Return the number of line feeds in a span."""
     whole = np.frombuffer(data, np.uint8, stop - start, start) if stop > start else np.empty(0, np.uint8)
-    return sum(int(np.count_nonzero(whole[k : k + CHUNK] == FEED)) for k in range(0, len(whole), CHUNK))
+    return sum(int(np.count_nonzero(whole[k : k + TEXT_CHUNK] == FEED)) for k in range(0, len(whole), TEXT_CHUNK))

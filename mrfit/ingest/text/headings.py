@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.table import Block, Lines, Lost, Source, Table
-from mrfit.ingest.text.body import ROW, split
+from mrfit.ingest.table import Block, Lines, RejectedRows, Source, Table
+from mrfit.ingest.text.body import NUMBER_ROW, split
 from mrfit.ingest.text.head import FEED, HEAD_BYTES, Head, Text, decode
 from mrfit.ingest.text.layout import (
     COMMENTS,
-    DELIMITERS,
+    FIELD_DELIMITERS,
     OVERLOAD,
     are_units,
     find_grid,
@@ -26,14 +26,14 @@ from mrfit.ingest.text.layout import (
 from mrfit.ingest.text.textlog import text_of
 from mrfit.ingest.time.rate import stated_interval
 
-SKIPPED = b" \t\r\f\v\"',;|+-.\0"
+SKIPPED_BYTES = b" \t\r\f\v\"',;|+-.\0"
 """What may stand before the first digit of a row."""
 ROWS_SEEN = 8192
 """Bytes below a header by which its columns are told."""
 MOST_PARTS = 200
-NAMING = 2
+NAMING_LINES = 2
 """Lines at the end of a header that name columns and units."""
-NUMBER = re.compile(r"[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?")
+HEADING_NUMBER = re.compile(r"[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?")
 FEW_ROWS = 5
 """So many rows above the first names are a part of the log without a header."""
 
@@ -95,7 +95,7 @@ class Heading:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class HeadedPart:
     """A stretch of a log below a header of its own.
 
     Attributes
@@ -119,7 +119,7 @@ class Part:
 
     def placed(self, table: Table) -> Table:
         """Return a table of it with the line numbers of the log."""
-        lost = Lost()
+        lost = RejectedRows()
         lost.add([r.kind for r in table.refused], [r.line + self.shift for r in table.refused])
         return replace(
             table,
@@ -167,12 +167,12 @@ class _Stretch:
 
 def exported(head: Head) -> tuple[str, ...]:
     """Return the lines above the first row of numbers, or of marks of overload."""
-    rows = (k for k, line in enumerate(head.lines) if ROW.match(line.encode()) or _is_of_numbers(line))
+    rows = (k for k, line in enumerate(head.lines) if NUMBER_ROW.match(line.encode()) or _is_of_numbers(line))
     first = next(rows, len(head.lines))
     return tuple(line.strip() for line in head.lines[:first] if line.strip())
 
 
-def cut_at_headings(source: Source, tell: Teller) -> list[Part]:
+def cut_at_headings(source: Source, tell: Teller) -> list[HeadedPart]:
     """Return the parts of a log, each below a header of its own.
 
     A log of one header, given once or several times, is one part, ``source`` itself. Lines of each count from 1.
@@ -208,17 +208,17 @@ def cut_at_headings(source: Source, tell: Teller) -> list[Part]:
             break
         current, above = whole, {line.strip() for line in lines}
     if not found:
-        return [Part(source)]
+        return [HeadedPart(source)]
     first = found[0][0]
     own = replace(head, lines=head.lines[: first.line - 1])
-    made = [Part(replace(source, head=own, block=_block(source, data, 0, first.begin, base)))]
+    made = [HeadedPart(replace(source, head=own, block=_block(source, data, 0, first.begin, base)))]
     for place, (stretch, here, whole) in enumerate(found):
         end = found[place + 1][0].begin if place + 1 < len(found) else len(data)
         odd = "" if whole else "it gives no units, and names that the header before does not have"
         odd = odd or ("more headers than that" if place + 1 == MOST_PARTS else "")
         part = _below(head, data[stretch.begin : min(end, stretch.begin + HEAD_BYTES)], here, whole)
         block = _block(source, data, stretch.begin, end, 1)
-        made.append(Part(replace(source, head=part, block=block, carry={}), stretch.line - 1, odd))
+        made.append(HeadedPart(replace(source, head=part, block=block, carry={}), stretch.line - 1, odd))
     return made
 
 
@@ -230,7 +230,7 @@ def _block(source: Source, data: Text, begin: int, end: int, line: int) -> Block
 def resembles(line: str, headers: Iterable[str]) -> bool:
     """Whether half of the cells of a line, and not all, are those of a line of a header."""
     for header in headers:
-        delimiter = next((d for d in DELIMITERS if d and d in header), "")
+        delimiter = next((d for d in FIELD_DELIMITERS if d and d in header), "")
         pairs = list(zip(split(line, delimiter), split(header, delimiter), strict=False))
         same = sum(a == b != "" for a, b in pairs)
         if line.strip() != header and line.count(delimiter or " ") == header.count(delimiter or " "):
@@ -240,8 +240,10 @@ def resembles(line: str, headers: Iterable[str]) -> bool:
     return False
 
 
-def rows_above(head: Head, first: int) -> list[int]:
-    """Return the numbers of the lines of numbers that stand between names and the names above line ``first``."""
+def rows_above(head: Head, first: int, part: bool = False) -> list[int]:
+    """Return the numbers of the lines of numbers between names, or in a ``part`` anywhere, above line ``first``."""
+    if part:
+        return [k + 1 for k, line in enumerate(head.lines[: first - 1]) if _is_of_numbers(line)]
     naming = [k for k, line in enumerate(head.lines[: first - 1]) if _may_name(line)]
     between = range(naming[0], naming[-1]) if naming else range(0)
     return [k + 1 for k in between if _is_of_numbers(head.lines[k])]
@@ -250,13 +252,13 @@ def rows_above(head: Head, first: int) -> list[int]:
 def _is_of_numbers(line: str) -> bool:
     """Whether a line has two numbers or marks of overload, and begins with no word."""
     cells = [c for c in re.split(r"[,;\t| ]+", line.strip()) if c]
-    found = [bool(NUMBER.fullmatch(c) or OVERLOAD.fullmatch(c)) for c in cells]
+    found = [bool(HEADING_NUMBER.fullmatch(c) or OVERLOAD.fullmatch(c)) for c in cells]
     return sum(found) > 1 and (found[0] or not re.search(r"[^\W\d_]", cells[0]))
 
 
 def _names_rows(head: Head) -> bool:
     """Whether lines are a log with a header: two rows follow on each other, or known names stand above a row."""
-    rows = [bool(ROW.match(line.encode())) for line in head.lines]
+    rows = [bool(NUMBER_ROW.match(line.encode())) for line in head.lines]
     if any(a and b for a, b in pairwise(rows)):
         return True
     told = heading(head)
@@ -264,14 +266,14 @@ def _names_rows(head: Head) -> bool:
 
 
 def _has_rows(head: Head) -> bool:
-    return sum(bool(ROW.match(line.encode())) for line in head.lines[-FEW_ROWS:]) == FEW_ROWS
+    return sum(bool(NUMBER_ROW.match(line.encode())) for line in head.lines[-FEW_ROWS:]) == FEW_ROWS
 
 
 def _named(head: Head, data: Text, base: int) -> list[_Stretch]:
     """Return the stretches between rows in which a line may name columns."""
     seen: dict[bytes, bool] = {}
     found = []
-    headers = exported(head)[-NAMING:]
+    headers = exported(head)[-NAMING_LINES:]
     for stretch in _between_rows(data, base):
         text = data[stretch.begin : stretch.end]
         if text not in seen:
@@ -288,7 +290,7 @@ def _between_rows(data: Text, base: int) -> Iterator[_Stretch]:
     starts = starts[starts < len(whole)]
     at, moving = starts.copy(), np.arange(len(starts))
     skipped = np.zeros(256, dtype=bool)
-    skipped[list(SKIPPED)] = True
+    skipped[list(SKIPPED_BYTES)] = True
     while len(moving):
         moving = moving[skipped[whole[at[moving]]]]
         at[moving] += 1
@@ -322,7 +324,7 @@ def _may_name(line: str) -> bool:
     bare = line.strip().lstrip(COMMENTS).strip()
     if not bare:
         return False
-    for delimiter in DELIMITERS:
+    for delimiter in FIELD_DELIMITERS:
         cells = [c for c in split(bare, delimiter) if c]
         if not is_name_row(cells):
             continue

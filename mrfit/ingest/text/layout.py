@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 from mrfit.core.channels import CHANNELS
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.text.body import EMPTY, NO_VALUE, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
+from mrfit.ingest.text.body import EMPTY_FIELDS, NO_VALUE, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
 from mrfit.ingest.text.head import Head
 
-DELIMITERS = ("\t", ";", ",", "|", "")
+FIELD_DELIMITERS = ("\t", ";", ",", "|", "")
 COMMENTS = "#%!"
-SAMPLE = 200
+SAMPLE_LINES = 200
 _CLOCK = r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+|:\d{3})?)(?: ?([AaPp])\.?[Mm]\.?)?"
 CLOCK = re.compile(_CLOCK)
 ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 DATED = re.compile(rf"(\d{{1,4}})([-/.])(\d\d?)\2(\d{{4}}|\d\d)(?:T|,? +){_CLOCK}")
 """Other dates with a time of day: their three numbers, the mark between, and the groups of ``CLOCK``."""
 STAMP = re.compile(rf"{ISO.pattern}|{DATED.pattern}")
-DATE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
+DATE_ALONE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
 OVERLOAD = re.compile(
     r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)[ -]?(?:LOAD|RANGE|FLOW))"
     r"|[+-]?1\.#\w+|#[A-Z0-9/]+[!?]|#N/?[AV]",
@@ -46,7 +46,7 @@ MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<–-]+"
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
+class TextGrid:
     """Split of lines into fields, and the place of the first data row (line index from 0)."""
 
     delimiter: str
@@ -55,7 +55,7 @@ class Grid:
     first: int
 
 
-def find_grid(head: Head, start: int = 0) -> Grid:
+def find_grid(head: Head, start: int = 0) -> TextGrid:
     """Return the layout of a text log from line ``start`` on.
 
     Raises
@@ -65,7 +65,7 @@ def find_grid(head: Head, start: int = 0) -> Grid:
     """
     lines = head.lines[start:]
     best, best_score = None, (0.0, 0.0)
-    for delimiter in DELIMITERS:
+    for delimiter in FIELD_DELIMITERS:
         for decimal in (".", ","):
             if decimal == delimiter:
                 continue
@@ -76,14 +76,14 @@ def find_grid(head: Head, start: int = 0) -> Grid:
         shown = next((excerpt(line) for line in lines if line.strip()), "")
         raise Refusal(head.path, f"no row of numbers (it begins '{shown}')", "export the log as delimited text")
     delimiter, decimal, width = best
-    return Grid(delimiter, decimal, width, start + _first_row(lines, delimiter, decimal, width))
+    return TextGrid(delimiter, decimal, width, start + _first_row(lines, delimiter, decimal, width))
 
 
 def _score(lines: tuple[str, ...], delimiter: str, decimal: str) -> tuple[tuple[float, float], int]:
     """Rank a reading of the last lines: share of them that are rows of numbers of one width, then numbers per row."""
     number = number_pattern(decimal)
-    sample = [line for line in lines[-SAMPLE:] if line.strip()]
-    if len(sample) > 3 and len(lines) <= SAMPLE:
+    sample = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
+    if len(sample) > 3 and len(lines) <= SAMPLE_LINES:
         sample = sample[len(sample) // 2 :]
     widths: Counter[int] = Counter()
     numbers = 0
@@ -108,8 +108,8 @@ def _glued(fields: list[str], number: re.Pattern[str]) -> bool:
 def is_row(fields: list[str], number: re.Pattern[str]) -> bool:
     """Whether fields are those of a data row: mostly numbers, dates and times, or empty, and at least one number."""
     good = [f for f in fields if number.fullmatch(f) or STAMP.fullmatch(f) or f in NOT_A_NUMBER]
-    dated = [f for f in fields if CLOCK.fullmatch(f) or DATE.fullmatch(f) and not number.fullmatch(f)]
-    filled = [f for f in fields if f not in EMPTY]
+    dated = [f for f in fields if CLOCK.fullmatch(f) or DATE_ALONE.fullmatch(f) and not number.fullmatch(f)]
+    filled = [f for f in fields if f not in EMPTY_FIELDS]
     sound = 2 * (len(good) + len(dated))
     # a row of one channel may have a time, its name, its unit and a value
     return bool(good) and (sound > len(filled) or sound == len(filled) == 4 and bool(number.fullmatch(filled[0])))
@@ -157,7 +157,7 @@ class Header:
     row: int = 0
 
 
-def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
+def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
     """Return the name row and unit row above the first data row."""
     if head.starts('"TOA5"', "TOA5") and start == 0 and grid.first >= TOA5_ROWS[1] + 2:
         return _campbell_header(head, grid)
@@ -194,7 +194,7 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short, place))
 
 
-def _campbell_header(head: Head, grid: Grid) -> Header:
+def _campbell_header(head: Head, grid: TextGrid) -> Header:
     """Return the header of a Campbell logger: names, units, and whether numbers are samples, means or extremes."""
     names, written = (split(head.lines[k], grid.delimiter) for k in TOA5_ROWS)
     written = ["" if u in ("TS", "RN") else u for u in _padded(written, grid.width)]  # time stamp, record number
@@ -214,10 +214,10 @@ def _begins_row(cells: list[str]) -> bool:
     return bool(filled) and (_is_number(filled[0]) or any(OVERLOAD.fullmatch(c) for c in filled))
 
 
-def _last_is_filled(head: Head, grid: Grid) -> bool:
+def _last_is_filled(head: Head, grid: TextGrid) -> bool:
     """Whether most of the first rows have something in their last column."""
-    rows = [split(line, grid.delimiter) for line in head.lines[grid.first : grid.first + SAMPLE] if line.strip()]
-    filled = sum(len(r) >= grid.width and r[grid.width - 1] not in EMPTY for r in rows)
+    rows = [split(line, grid.delimiter) for line in head.lines[grid.first : grid.first + SAMPLE_LINES] if line.strip()]
+    filled = sum(len(r) >= grid.width and r[grid.width - 1] not in EMPTY_FIELDS for r in rows)
     return 2 * filled > len(rows)
 
 
@@ -306,7 +306,7 @@ def _padded(fields: list[str], width: int) -> list[str]:
     return (fields + [""] * width)[:width]
 
 
-def _cells(line: str, grid: Grid) -> list[str]:
+def _cells(line: str, grid: TextGrid) -> list[str]:
     commented = line.strip()[:1] in COMMENTS and not line.strip().startswith(SHEET_ERRORS)
     bare = line.strip().lstrip(COMMENTS).strip() if commented else line
     cells = split(bare, grid.delimiter)

@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Refused, Source, Table
+from mrfit.ingest.table import Column, RejectedRow, Source, Table
 from mrfit.ingest.text.layout import Header
 
-CHANNEL = re.compile(
+CHANNEL_NAMES = re.compile(
     r"(?:channel|signal|sensor|variable|parameter|quantity|tag|series|measurand|kanal|messgr(?:ö|oe)(?:ß|ss)e|canal|voie)"
     r"(?:[ _-]?(?:name|id|no\.?|nr\.?|number))?|name|ch",
     re.IGNORECASE,
 )
-VALUE = re.compile(r"(?:measured |mess)?(?:values?|wert|reading|val|valeur|valor)|data|measurement", re.IGNORECASE)
+VALUE_NAMES = re.compile(
+    r"(?:measured |mess)?(?:values?|wert|reading|val|valeur|valor)|data|measurement", re.IGNORECASE
+)
 UNIT = re.compile(r"units?|einheit|unité|unidad|unità", re.IGNORECASE)
 MOST_CHANNELS = 256
 
@@ -46,7 +48,7 @@ def long_format(header: Header, kinds: Sequence[str]) -> LongFormat | None:
         names = [n.strip() for n in header.names]
         return [k for k, n in enumerate(names) if form.fullmatch(n) and kinds[k] in allowed]
 
-    channel, value = places(CHANNEL, ("text", "number")), places(VALUE, ("number",))
+    channel, value = places(CHANNEL_NAMES, ("text", "number")), places(VALUE_NAMES, ("number",))
     numbers = [k for k, kind in enumerate(kinds) if kind == "number" and k not in channel]
     if len(channel) > 1:
         channel = [k for k in channel if kinds[k] == "text"][:1] or channel[:1]
@@ -91,7 +93,7 @@ def sorted_out(table: Table, form: LongFormat, texts: dict[int, list[str]], sour
         clocks = clocks[:1]
     elif source.rules.time is not None:
         raise Refusal(path, "channels, one row each, have times that differ", "leave time = … out of the channel map")
-    lost = tuple(Refused("no channel", int(n)) for n in table.lines[names == ""])
+    lost = tuple(RejectedRow("no channel", int(n)) for n in table.lines[names == ""])
     text = f"each row holds one channel and time: {len(channels)} channels are sorted into columns"
     return replace(
         table,

@@ -15,7 +15,7 @@ STRIPE = 2048
 MOST_DECIMALS = 18
 STRIDES = (9, 7, 3, 1)
 """Every n-th row shows the last decimal of even times only where n has no factor 2 or 5."""
-NOISE = 64 * np.finfo(np.float64).eps
+PRINT_NOISE = 64 * np.finfo(np.float64).eps
 """Relative error that conversions leave on a printed number, at most."""
 NUMERAL = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE]([+-]?\d+))?")
 
@@ -76,7 +76,7 @@ def _last_decimal(times: Array) -> Array:
     for decimals in range(MOST_DECIMALS + 1):
         scaled = times[left] * 10.0**decimals
         size = largest[left] * 10.0**decimals
-        near = np.minimum(NOISE * size, 1e-4)[:, None]
+        near = np.minimum(PRINT_NOISE * size, 1e-4)[:, None]
         fits = np.all(np.abs(scaled - np.round(scaled)) <= near, axis=1)
         trusted = fits & ((decimals < 9) | (size < 1e11))
         found[left[trusted]] = 10.0**-decimals

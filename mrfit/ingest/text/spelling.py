@@ -18,7 +18,7 @@ MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
 SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 """Marks that part thousands and nothing else."""
-SEEN = 400
+SPELLING_LINES = 400
 TAIL = 16384
 """Lines at the beginning, and bytes at the end, by which it is seen how numbers are spelt."""
 
@@ -47,7 +47,7 @@ class Thousands:
 
 def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]:
     """Return a log with its numbers as programs write them, its text if that was changed, and what is said of it."""
-    sample = [*source.head.lines[:SEEN], *source.head.lines[-SEEN:], *_last_lines(source.head)]
+    sample = [*source.head.lines[:SPELLING_LINES], *source.head.lines[-SPELLING_LINES:], *_last_lines(source.head)]
     changes: list[Callable[[str], str]] = []
     said: list[Finding] = []
     if any(MINUS.search(line) for line in sample):

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.table import Column, Refused, Source, Table
+from mrfit.ingest.table import Column, RejectedRow, Source, Table
 from mrfit.ingest.text.body import Body, Layout, is_cut, number_pattern, read_body, split
 from mrfit.ingest.text.head import Head, Text, body_view, feeds
 from mrfit.ingest.text.printed import Digits, digits_of
@@ -160,7 +160,7 @@ def _leave_out_last(body: Body, line: int) -> None:
     body.lines = body.lines[:-1]
     body.numbers = {c: v[:-1] for c, v in body.numbers.items()}
     body.texts = {c: t[:-1] for c, t in body.texts.items()}
-    body.refused.append(Refused("cut-off row", line))
+    body.refused.append(RejectedRow("cut-off row", line))
 
 
 def _digits(head: Head, layout: Layout) -> dict[int, Digits | None]:
@@ -172,7 +172,7 @@ def _digits(head: Head, layout: Layout) -> dict[int, Digits | None]:
     return {c: digits_of([r[c] for r in full]) for c in layout.use}
 
 
-def check_rows(head: Head, rows: int, refused: Sequence[Refused]) -> None:
+def check_rows(head: Head, rows: int, refused: Sequence[RejectedRow]) -> None:
     """Refuse a log of which no row can be kept."""
     if rows:
         return
@@ -212,7 +212,7 @@ def side_by_side(tables: Sequence[Table]) -> Table | None:
     lost = {r.line: r for t in tables for r in t.refused}
     for table in tables:
         for line in np.setdiff1d(table.lines, common):
-            lost.setdefault(int(line), Refused("no row of another channel", int(line)))
+            lost.setdefault(int(line), RejectedRow("no row of another channel", int(line)))
     findings = tuple(dict.fromkeys(f for t in tables for f in t.findings))
     return replace(
         first,
@@ -230,7 +230,7 @@ def _whole_rows(table: Table) -> Table:
     mask = ~np.logical_or.reduce([np.isnan(v) for v in values])
     if mask.all():
         return table
-    lost = tuple(Refused("empty value", int(n)) for n in table.lines[~mask])
+    lost = tuple(RejectedRow("empty value", int(n)) for n in table.lines[~mask])
     return replace(
         table,
         columns=tuple(replace(c, values=c.values[mask]) for c in table.columns),

@@ -143,7 +143,7 @@ def _step(times: Array) -> float:
 
 def _differs(one: Column, two: Column, paired: bool) -> bool:
     """Whether two clocks tell different times, or, where each may have channels of its own, times apart."""
-    some = slice(0, series.CHUNK)
+    some = slice(0, series.SERIES_CHUNK)
     first, second = (_seconds(replace(c, values=c.values[some])) for c in (one, two))
     if not (np.nanmax(np.diff(first)) > 0.0):
         return False

@@ -9,7 +9,7 @@ from mrfit.ingest import series
 from mrfit.ingest.table import Column
 from mrfit.ingest.time.timebase import TimeFault
 
-NAMES = re.compile(
+COUNTER_NAMES = re.compile(
     r"(?:sample|scan|point|row|record|data ?point|reading|line)s?(?: ?(?:number|no\.?|nr\.?|num|index|idx|id|#))?"
     r"|index|idx|no\.?|nr\.?|n|k|#|num|number|count|counter|nummer|messpunkt|messwert ?nr\.?|abtastwert|lfd\.? ?nr\.?"
     r"|index level \d+",
@@ -17,7 +17,7 @@ NAMES = re.compile(
 )
 UNNAMED = re.compile(r"(?:unnamed: ?\d+)?", re.IGNORECASE)
 """Names of columns without one; pandas makes up one."""
-MOSTLY = 0.95
+RISING_SHARE = 0.95
 """Share of the steps of a numbering that rise."""
 WRAPS = (2.0**8, 2.0**16, 2.0**32)
 
@@ -39,7 +39,7 @@ def counter_of(columns: Sequence[Column]) -> tuple[series.Values, float] | None:
 def is_counter(column: Column) -> bool:
     """Whether a column is named as a count of samples, or numbers the rows without a name."""
     name = re.sub(r"[\s_]+", " ", column.name.rpartition(".")[2]).strip() or column.name.strip()
-    called = (NAMES.fullmatch(name) or not name and column.index == 0) and column.unit in (None, "", "-", "1")
+    called = (COUNTER_NAMES.fullmatch(name) or not name and column.index == 0) and column.unit in (None, "", "-", "1")
     return bool(called) or numbers_rows(column)
 
 
@@ -50,7 +50,7 @@ def numbers_rows(column: Column) -> bool:
     steps = [step[np.isfinite(step)] for _, step in series.steps(column.values)]
     rows = sum(map(len, steps))
     rising, by_one = (sum(int(np.count_nonzero(test(s))) for s in steps) for test in (_rises, lambda s: s == 1.0))
-    return 2 * by_one > rows and rising >= MOSTLY * rows and not series.count(_is_broken, column.values)
+    return 2 * by_one > rows and rising >= RISING_SHARE * rows and not series.count(_is_broken, column.values)
 
 
 def _is_broken(values: series.Values) -> series.Values:
@@ -64,7 +64,11 @@ def _counted(column: Column) -> tuple[series.Values, float] | None:
     every = [step[np.isfinite(step)] for _, step in series.steps(values)]
     rows = sum(map(len, every))
     up, still = (sum(int(np.count_nonzero(test(s))) for s in every) for test in (_rises, _stays))
-    usual = float(np.median(np.concatenate([s[_rises(s)][: series.CHUNK // len(every)] for s in every]))) if up else 0.0
+    usual = (
+        float(np.median(np.concatenate([s[_rises(s)][: series.SERIES_CHUNK // len(every)] for s in every])))
+        if up
+        else 0.0
+    )
     regular = sum(int(np.count_nonzero(s == usual)) for s in every)
     if 2 * up < rows and (4 * up < rows or 2 * regular < up):
         return None  # it counts something else, such as cycles

@@ -15,13 +15,13 @@ from mrfit.ingest.text.layout import unit_words
 
 SINCE_1970: Mapping[str, float] = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 """Units in which computers count time since 1970, per second."""
-EPOCH = (0.3e9, 4.1e9)
+EPOCH_SECONDS = (0.3e9, 4.1e9)
 """Seconds since 1970 of the years 1979 to 2099."""
 DAYS = {"as spreadsheets count them": (20000.0, 80000.0), "as MATLAB counts them": (700000.0, 780000.0)}
 """Numbers of days of this century."""
 SHORTEST_DAY = 2e-5
 """Longest sample interval in days, 1.7 s, by which a number of days is known; as seconds it would be far too short."""
-ROUND = 1e-4
+ROUND_STEP = 1e-4
 """Relative departure of a step in seconds from two digits, from which it is none of seconds."""
 
 
@@ -55,10 +55,10 @@ def in_seconds(time: Column, rules: Rules, path: str) -> tuple[Array, float, lis
         unit = guess
     seconds = _scaled(time, unit, path)
     scale = units.to_unit(unit, "s").scale
-    if not since and abs(first * scale) > EPOCH[1]:
+    if not since and abs(first * scale) > EPOCH_SECONDS[1]:
         remedy = f'write the true one in the channel map: time = {{column = "{time.name}", unit = "ms"}} or the like'
         raise Refusal(path, f"its times in '{unit}' begin {abs(first * scale) / 3.156e7:.0f} years from 1970", remedy)
-    if scale != 1.0 and abs(first * scale) >= EPOCH[0]:  # or the last digits are lost
+    if scale != 1.0 and abs(first * scale) >= EPOCH_SECONDS[0]:  # or the last digits are lost
         return series.mapped(lambda t: (t - first) * scale, time.values), scale, said
     return seconds, scale, said
 
@@ -79,7 +79,11 @@ def _first(values: Array) -> float:
 
 def unit_since_1970(first: float) -> str | None:
     """Return the unit of a count of time since 1970 that begins at ``first``; None where it is none, or in s."""
-    named = [u for u, per_second in SINCE_1970.items() if EPOCH[0] * per_second <= first < EPOCH[1] * per_second]
+    named = [
+        u
+        for u, per_second in SINCE_1970.items()
+        if EPOCH_SECONDS[0] * per_second <= first < EPOCH_SECONDS[1] * per_second
+    ]
     return named[0] if named else None
 
 
@@ -87,7 +91,7 @@ def _guessed(values: Array, first: float) -> tuple[str, str]:
     """Return the unit that numbers without one show, and since when they count."""
     if unit := unit_since_1970(first):
         return unit, " since 1970, and given from its first value"
-    some = values[0 : series.CHUNK]
+    some = values[0 : series.SERIES_CHUNK]
     steps = np.diff(some[np.isfinite(some)])
     step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
     for said, (low, high) in DAYS.items():
@@ -98,4 +102,4 @@ def _guessed(values: Array, first: float) -> tuple[str, str]:
 
 def _is_round(step: float) -> bool:
     """Whether a step has two digits only, as one in seconds may."""
-    return abs(float(f"{step:.1e}") / step - 1.0) < ROUND
+    return abs(float(f"{step:.1e}") / step - 1.0) < ROUND_STEP

@@ -9,11 +9,11 @@ from numpy.lib.stride_tricks import sliding_window_view
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 
-TOLERANCE = 0.05
+GRID_TOLERANCE = 0.05
 """Largest departure of a sample from the uniform grid, in samples, that is left as it is."""
 FEW_GAPS = 5
 """Up to this many steps of several samples, where no row was refused, are gaps; more are the mark of rounded times."""
-WINDOW = 64
+GAP_WINDOW = 64
 """Rows before and after a missing sample by which it is seen in rounded times."""
 
 
@@ -81,7 +81,7 @@ def _leaving_out(rows: int, found: list[series.Values], left_out: list[series.Va
 def _fits(numbers: Array, clock: Clock) -> bool:
     slope, off, _ = line(numbers, clock.time)
     return all(
-        bool(np.all(np.abs(o) <= 0.55 * p + TOLERANCE * abs(slope))) for o, p in series.chunks(off, clock.printed)
+        bool(np.all(np.abs(o) <= 0.55 * p + GRID_TOLERANCE * abs(slope))) for o, p in series.chunks(off, clock.printed)
     )
 
 
@@ -95,17 +95,17 @@ def _found(clock: Clock, step: float) -> Array | None:
     left_out: list[float] = []
     for begin, end in series.spans(len(clock.time)):
         off = clock.time[begin:end] - step * np.arange(end - begin)
-        if len(off) < 4 * WINDOW:
+        if len(off) < 4 * GAP_WINDOW:
             continue
-        windows = sliding_window_view(off, WINDOW)
+        windows = sliding_window_view(off, GAP_WINDOW)
         low, high = windows.min(axis=1), windows.max(axis=1)
-        usual = float(np.median((high - low)[:: WINDOW // 2]))
-        span = high[WINDOW:] - low[:-WINDOW]  # of the rows before and after row WINDOW, WINDOW + 1, …
+        usual = float(np.median((high - low)[:: GAP_WINDOW // 2]))
+        span = high[GAP_WINDOW:] - low[:-GAP_WINDOW]  # of the rows before and after row GAP_WINDOW, …
         wide = np.flatnonzero(span > usual + 0.5 * step)
         for region in np.split(wide, 1 + np.flatnonzero(np.diff(wide) > 1)):
             if len(region):
-                around = slice(int(region[0]), int(region[-1]) + 2 * WINDOW)
-                middle = 0.5 * (low[region[0]] + high[region[-1] + WINDOW])
+                around = slice(int(region[0]), int(region[-1]) + 2 * GAP_WINDOW)
+                middle = 0.5 * (low[region[0]] + high[region[-1] + GAP_WINDOW])
                 rows.append(begin + around.start + 1 + int(np.argmin(np.cumsum(off[around] - middle))))
                 left_out.append(max(1.0, np.round((float(span[region].max()) - usual) / step)))
     return _leaving_out(len(clock.time), [np.array(rows, dtype=np.int64)], [np.array(left_out)]) if rows else None

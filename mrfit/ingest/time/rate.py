@@ -12,7 +12,7 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import name_and_unit
 
-STATED = re.compile(
+STATED_RATE = re.compile(
     r"(?P<label>(?:(?:sampl(?:e|ing)|acquisition|scan)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)(?=[ _]*(?:rate|interval|frequency))))"
     r"[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])[^0-9+-]*?)"
@@ -32,7 +32,7 @@ OTHERWISE = re.compile(
 """Words beside a rate that need not be the rate of the rows."""
 ROUGHEST = 0.02
 """Rates that differ by more are two, however few digits they have."""
-LONG = 0.5
+LONG_PERIOD = 0.5
 """Period or time in s from which a header may mean the length of a record."""
 DECIMATION = re.compile(
     r"decimat\w*|(?:down|sub|under)-?sampl\w*|thinn\w*|reduction|re-?sampl\w*|block averag\w*"
@@ -44,7 +44,7 @@ DECIMATION = re.compile(
     re.IGNORECASE,
 )
 """Labels of a number of samples for each one that was kept."""
-NONE = re.compile(
+NOT_DECIMATED = re.compile(
     r"[ _]*(?:factor|ratio|rate|by|of)?\W*(?:none|off|no|not? (?:used|active)|disabled|false|[01](?:[.,]0*)?|1:1)?\W*",
     re.IGNORECASE,
 )
@@ -92,7 +92,7 @@ def stated_interval(
     rivals: list[Statement] = []
     doubtful: list[str] = []
     for line in lines:
-        for match in STATED.finditer(line):
+        for match in STATED_RATE.finditer(line):
             found = _statement(match, delimiter, decimal)
             if isinstance(found, str):
                 return None, (_unclear(f"the header's '{found}' can be read in more than one way"),)
@@ -145,13 +145,13 @@ def _around(match: re.Match[str]) -> str:
 
 def _is_duration(match: re.Match[str], found: Statement) -> bool:
     """Whether a time or a period is so long that it may be the length of the record."""
-    return match["word"].lower() in ("time", "period") and found.interval >= LONG
+    return match["word"].lower() in ("time", "period") and found.interval >= LONG_PERIOD
 
 
 def _is_decimation(line: str) -> bool:
     """Whether a line says that not every sample was kept."""
     label = DECIMATION.search(line)
-    return bool(THINNED.search(line)) or label is not None and not NONE.fullmatch(line[label.end() :])
+    return bool(THINNED.search(line)) or label is not None and not NOT_DECIMATED.fullmatch(line[label.end() :])
 
 
 def rate_missing(path: Path | str, names: Sequence[str], unclear: str = "") -> Refusal:

@@ -10,16 +10,16 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.text.printed import print_step
-from mrfit.ingest.time.numbering import TOLERANCE, Clock, line, places
+from mrfit.ingest.time.numbering import GRID_TOLERANCE, Clock, line, places
 
 FILL_AT_MOST = 5
 """Longest run of missing samples that is interpolated; a longer one splits the record."""
 IRREGULAR_GAP = 20.0
 """In an unevenly sampled record, a step this many times the median splits it."""
 
-COUNTED = 0.01
+COUNTED_STEPS = 0.01
 """Largest departure of a step from whole intervals, in samples, where steps are counted, not measured."""
-FINE = 0.01
+FINE_PRINT = 0.01
 """Times printed to this share of the interval, or finer, show every missing sample."""
 MISSING_AT_MOST = 0.15
 """Largest share of steps over missing samples where nothing but the print tells them from a slower clock."""
@@ -39,7 +39,7 @@ class TimeFault(ValueError):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class GridPiece:
     """A stretch of rows on one uniform grid.
 
     Attributes
@@ -66,7 +66,7 @@ class TimeBase:
     """The uniform time base of a table: interval in s, pieces, and findings that concern all of it."""
 
     dt: float
-    pieces: list[Piece]
+    pieces: list[GridPiece]
     findings: list[Finding] = field(default_factory=list)
 
 
@@ -101,7 +101,7 @@ def time_base(
         return even
     cuts = _cuts(time, breaks)
     step = _typical_step(time, cuts)
-    whole = _whole_step(time, cuts) if printed is not None and printed <= FINE * step else None
+    whole = _whole_step(time, cuts) if printed is not None and printed <= FINE_PRINT * step else None
     step = step if whole is None else whole
     clock = Clock(time, print_step(time), series.ordinals(len(time)) if number is None else number)
     coarsest = series.extremes(clock.printed)[1]
@@ -124,10 +124,10 @@ def time_base(
 
 def _counted(time: Array, cuts: list[int], step: float, stated: float) -> bool:
     """Whether every step is a whole number of stated intervals, most of them one: the rest are missing samples."""
-    if abs(step / stated - 1.0) > COUNTED:
+    if abs(step / stated - 1.0) > COUNTED_STEPS:
         return False
     return all(
-        bool(np.all(np.abs(s / stated - np.maximum(np.round(s / stated), 1.0)) < COUNTED))
+        bool(np.all(np.abs(s / stated - np.maximum(np.round(s / stated), 1.0)) < COUNTED_STEPS))
         for s in _inner_steps(time, cuts)
     )
 
@@ -149,16 +149,16 @@ def _even_base(time: Array, stated: float | None) -> TimeBase | None:
     if dt <= 0.0:
         return None
     for t, k in series.chunks(time, number):
-        if not float(np.max(np.abs(t - first - dt * k))) <= TOLERANCE * dt:
+        if not float(np.max(np.abs(t - first - dt * k))) <= GRID_TOLERANCE * dt:
             return None
     if stated is None:
         slope, _, off = line(number, time)
         dt = _shortest_decimal(slope, slope * _uncertainty(off / slope, rows))
-    elif abs(stated - dt) * rows <= TOLERANCE * dt:
+    elif abs(stated - dt) * rows <= GRID_TOLERANCE * dt:
         dt = stated
     else:
         return None
-    return TimeBase(dt, [Piece(slice(0, rows + 1), first)])
+    return TimeBase(dt, [GridPiece(slice(0, rows + 1), first)])
 
 
 def _uncertainty(off: float, rows: int) -> float:
@@ -169,7 +169,7 @@ def _uncertainty(off: float, rows: int) -> float:
 def coarse(time: Array, printed: float | None = None) -> bool:
     """Whether times are printed so coarsely that two rows may show the same one; ``printed`` as for ``time_base``."""
     typical = float(np.median(np.abs(_some_steps(time, []))))
-    if printed is not None and printed <= FINE * typical:
+    if printed is not None and printed <= FINE_PRINT * typical:
         return False
     return series.extremes(print_step(time))[1] > 0.5 * typical
 
@@ -229,7 +229,7 @@ def _inner_steps(time: Array, cuts: list[int]) -> Iterator[Array]:
 
 def _some_steps(time: Array, cuts: list[int]) -> Array:
     """Return the steps within runs; of a record longer than a chunk every so many-th."""
-    every = -(-(len(time) - 1) // series.CHUNK)
+    every = -(-(len(time) - 1) // series.SERIES_CHUNK)
     # copies, since a view would keep its whole chunk in memory
     some = [step[:: max(every, 1)].copy() for step in _inner_steps(time, cuts)]
     return np.concatenate(some) if some else np.empty(0)
@@ -281,7 +281,7 @@ def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase, c
             return stated
         text = f"the header states an interval of {stated:.6g} s but the times say {fitted:.6g} s: the times are used"
         base.findings.append(Finding("rate-differs", "", None, text))
-    elif off > TOLERANCE and coarse > TOLERANCE * fitted:
+    elif off > GRID_TOLERANCE and coarse > GRID_TOLERANCE * fitted:
         text = f"times are printed to {coarse:g} s only: the interval {fitted:.6g} s is a fit over {longest} rows"
         base.findings.append(Finding("rounded-time", "", None, text))
     return _shortest_decimal(fitted, fitted * _uncertainty(off, longest))
@@ -320,29 +320,29 @@ def _shortest_decimal(value: float, within: float) -> float:
     return value
 
 
-def _piece(run: Clock, first: int, dt: float, irregular: bool, counted: bool) -> Piece:
+def _piece(run: Clock, first: int, dt: float, irregular: bool, counted: bool) -> GridPiece:
     time = run.time
     rows, start = slice(first, first + len(time)), float(time[0])
     if len(time) < 2:
-        return Piece(rows, start)
+        return GridPiece(rows, start)
     if irregular:
         _check_length((float(time[-1]) - start) / dt, run, first, dt)
         return _resampled(rows, time, dt, "irregular")
     numbers = places(run, dt, counted)
     off = series.mapped(lambda t, p: (t - start) / dt - p, time, numbers)
     middle = 0.5 * sum(series.extremes(off))
-    if series.count(lambda o, p: np.abs(o - middle) > TOLERANCE + 0.6 * p / dt, off, run.printed):
+    if series.count(lambda o, p: np.abs(o - middle) > GRID_TOLERANCE + 0.6 * p / dt, off, run.printed):
         _check_length((float(time[-1]) - start) / dt, run, first, dt)
         return _resampled(rows, time, dt, "jittering")
     missing = int(numbers[-1]) + 1 - len(numbers)
     if missing == 0:
-        return Piece(rows, start)
+        return GridPiece(rows, start)
     _check_length(float(numbers[-1]), run, first, dt)
     at = float(time[_first(numbers, lambda step: step > 1.0) - 1])
     are = "samples are missing and were" if missing > 1 else "sample is missing and was"
     text = f"{missing} {are} interpolated, the first after {at:.6g} s"
     finding = Finding("dropped-samples", "", at - start, text)
-    return Piece(rows, start, numbers, (finding,), (f"interpolated {missing} missing samples",))
+    return GridPiece(rows, start, numbers, (finding,), (f"interpolated {missing} missing samples",))
 
 
 def _check_length(last: float, run: Clock, first: int, dt: float) -> None:
@@ -355,13 +355,13 @@ def _check_length(last: float, run: Clock, first: int, dt: float) -> None:
     raise TimeFault(text, first + widest[1])
 
 
-def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:
+def _resampled(rows: slice, time: Array, dt: float, what: str) -> GridPiece:
     start = float(time[0])
     position = series.mapped(lambda t: (t - start) / dt, time)
     off = max(float(np.max(np.abs(step - 1.0))) for _, step in series.steps(position))
     text = f"times are {what} (steps up to {off:.2g} samples off): resampled linearly to {dt:.6g} s"
     finding = Finding("resampled", "", None, text)
-    return Piece(rows, start, position, (finding,), (f"resampled linearly to dt = {dt:.9g} s",))
+    return GridPiece(rows, start, position, (finding,), (f"resampled linearly to dt = {dt:.9g} s",))
 
 
 def _cut_findings(time: Array, runs: list[tuple[int, int]], cuts: list[int]) -> list[tuple[Finding, ...]]:
@@ -383,7 +383,7 @@ def _cut_findings(time: Array, runs: list[tuple[int, int]], cuts: list[int]) -> 
     return [*found, ()]
 
 
-def on_grid(values: Array, piece: Piece) -> Array:
+def on_grid(values: Array, piece: GridPiece) -> Array:
     """Return a channel of a piece on its uniform grid."""
     own = series.part(values, piece.rows)
     if piece.position is None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from mrfit.core.executors import order
-from mrfit.core.executors.items import Ended
+from mrfit.core.executors.items import ItemEnd
 from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError, Unreachable
@@ -87,7 +87,7 @@ def test_work_of_a_killed_worker_is_done_again(cluster: Cluster, tmp_path: Path)
 
 
 def test_what_kills_every_worker_fails_alone(cluster: Cluster) -> None:
-    ends: dict[int, Ended[int]] = {e.place: e for e in order.executor(1).ends(killed_at_two, range(5), silent)}
+    ends: dict[int, ItemEnd[int]] = {e.place: e for e in order.executor(1).ends(killed_at_two, range(5), silent)}
     assert [ends[k].made for k in (0, 1, 3, 4)] == [0, 1, 3, 4]
     assert isinstance(ends[2].error, MrfitError) and "every worker that took this work was killed" in str(ends[2].error)
 
@@ -129,7 +129,7 @@ def test_a_scheduler_that_is_gone_or_never_was_is_one_line(monkeypatch: pytest.M
         with pytest.raises(Unreachable, match="the Dask scheduler is gone; the work done so far is kept") as raised:
             list(made)
         assert "\n" not in str(raised.value)
-        monkeypatch.setattr("mrfit.core.executors.dask.PATIENCE", 1.0)
+        monkeypatch.setattr("mrfit.core.executors.dask.SCHEDULER_PATIENCE", 1.0)
         with pytest.raises(Unreachable, match="no Dask scheduler answers"):
             order.use(address)
     finally:

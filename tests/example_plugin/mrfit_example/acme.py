@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Refused, Source, Table
+from mrfit.ingest.table import Column, RejectedRow, Source, Table
 from mrfit.ingest.text.head import Head, decode
 
 SPEC = ReaderSpec("acme", "ACME test bench")
@@ -43,7 +43,7 @@ def read(source: Source) -> list[Table]:
             rows.append(row)
             numbers.append(number)
         elif line.strip():
-            refused.append(Refused("incomplete row", number))
+            refused.append(RejectedRow("incomplete row", number))
     values = np.array(rows).reshape(len(rows), len(fields))
     columns = [Column(name, unit, values[:, k].copy(), k) for k, (name, unit) in enumerate(fields)]
     kept = np.array(numbers, dtype=np.int64)

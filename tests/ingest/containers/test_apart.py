@@ -16,7 +16,7 @@ import pytest
 from mrfit.core import plugins, registry
 from mrfit.ingest.containers import apart
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.ingest.refusal import Refusal, TransientRefusal
 from mrfit.ingest.table import Source
 from mrfit.ingest.text.head import open_head
 from tests.conftest import ROOT
@@ -180,7 +180,7 @@ def test_a_missing_extra_is_named_with_its_command(
     with pytest.raises(Refusal) as error:
         registry.load("reader", reader).read(Source(open_head(path), Rules()))
     assert error.value.remedy == f"install it: pip install 'mrfit[{reader}]'"
-    assert isinstance(error.value, Passing)  # read once it is installed
+    assert isinstance(error.value, TransientRefusal)  # read once it is installed
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mrfit.core.recording import Recording
-from mrfit.ingest.containers.arrays import Arrays, Packed
-from mrfit.ingest.containers.attributes import Unpacked, packing_of, units_in
+from mrfit.ingest.containers.arrays import Arrays, FileArray
+from mrfit.ingest.containers.attributes import ScaledDataset, packing_of, units_in
 from mrfit.ingest.containers.shelf import Shelf
 from tests.ingest.conftest import ReadLog
 
@@ -163,7 +163,7 @@ def test_long_arrays_are_unpacked_slice_by_slice(tmp_path: Path) -> None:
     assert packing is not None
     arrays = Arrays(shelf=Shelf(tmp_path / "numbers", 100))
     stored = np.where(K == 7, -1, K).astype(np.int16)
-    arrays.add("force", Packed(Unpacked(stored, packing), stored.shape))
+    arrays.add("force", FileArray(ScaledDataset(stored, packing), stored.shape))
     np.testing.assert_allclose(arrays.signals["force"][0:400], np.where(K == 7, np.nan, 0.5 * K))
 
 

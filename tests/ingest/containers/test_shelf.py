@@ -19,7 +19,7 @@ from scipy.io import savemat
 from mrfit.errors import DataError
 from mrfit.ingest import series
 from mrfit.ingest.containers import apart, shelf
-from mrfit.ingest.containers.arrays import Arrays, Packed
+from mrfit.ingest.containers.arrays import Arrays, FileArray
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
 from mrfit.ingest.refusal import Refusal
@@ -62,7 +62,7 @@ def test_on_the_disk_as_in_memory(
     name: str, chunk: int, tmp_path: Path, shelved: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = SAMPLES[name]().write(tmp_path)
-    monkeypatch.setattr(series, "CHUNK", chunk)
+    monkeypatch.setattr(series, "SERIES_CHUNK", chunk)
     whole = ingested(path, WHOLE)
     assert not shelved
     assert ingested(path, 1000 // BLOCKS_IN_MEMORY) == whole
@@ -116,8 +116,8 @@ def test_a_packed_array_is_taken_as_the_array_itself(
         return
     folder = tmp_path_factory.mktemp("shelf")
     with h5py.File(folder / "a.h5", "w") as file, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(series, "CHUNK", chunk)
-        packed = Packed(file.create_dataset("x", data=values), values.shape)
+        patch.setattr(series, "SERIES_CHUNK", chunk)
+        packed = FileArray(file.create_dataset("x", data=values), values.shape)
         on_disk, in_memory, unpacked = Arrays(shelf=Shelf(folder / "s", 0)), Arrays(), Arrays()
         on_disk.add("x", packed.T if turned else packed, "mm")
         unpacked.add("x", packed.T if turned else packed, "mm")
@@ -131,7 +131,7 @@ def test_a_packed_array_is_taken_as_the_array_itself(
 
 def test_columns_on_the_disk_and_counted_ones_can_be_sent(tmp_path: Path) -> None:
     kept = Shelf(tmp_path, 0).kept(np.arange(9.0))
-    assert isinstance(kept, series.Stored) and len(pickle.dumps(kept)) < 1000
+    assert isinstance(kept, series.StoredSeries) and len(pickle.dumps(kept)) < 1000
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(kept))[2:5], [2.0, 3.0, 4.0])
     assert list(pickle.loads(pickle.dumps(series.counted(5, False)))[1:3]) == [2, 3]
     assert isinstance(Shelf(tmp_path, 72).kept(np.arange(9.0)), np.ndarray)

@@ -162,7 +162,7 @@ def test_a_long_log_loses_the_same_rows(monkeypatch: pytest.MonkeyPatch) -> None
     laid[[80, 330, 1399, 1400]] = 0.0
     whole = _missing(laid)
     assert whole == [80, 330, 699, 700, 701, 1399, 1400, 2100]
-    monkeypatch.setattr(series, "CHUNK", 700)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 700)
     on_disk = series.mapped(lambda v: v, series.Series(len(laid), lambda a, b: laid[a:b]))  # type: ignore[arg-type]
     assert _missing(on_disk) == whole
 

@@ -104,7 +104,7 @@ def test_a_long_recording_is_judged_over_all_of_it(monkeypatch: pytest.MonkeyPat
     late = np.where(T > 3.0, np.minimum(SINE, 0.8), 0.7 * SINE)
     channels = {"current": np.sin(2 * np.pi * 5 * T + 0.3), "voltage": SINE, "ch3": late, "ch4": np.ones(len(T))}
     record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
-    monkeypatch.setattr(series, "CHUNK", 700)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 700)
     short = shortened(record)
     assert short.samples == 666 and short.dt == pytest.approx(6 * DT)
     found = [*channel_findings(record), *relation_findings(short), *shortening(record, short)]
@@ -153,5 +153,5 @@ def test_spikes_of_switching_and_pulses_are_no_outliers() -> None:
 
 
 def test_an_outlier_late_in_a_long_recording_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(series, "CHUNK", 700)
+    monkeypatch.setattr(series, "SERIES_CHUNK", 700)
     assert _kinds(ch1=_spoilt(SINE, {3501: 1e12})) == [("outlier", "ch1")]

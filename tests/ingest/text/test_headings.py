@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mrfit.core.recording import Recording
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import Item, Pieces, read_item
+from mrfit.ingest.reading import BlockReading, LogItem, read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings
 from tests.ingest.conftest import ReadLog
@@ -291,8 +291,8 @@ def test_a_log_read_block_by_block_is_refused_at_another_header(tmp_path: Path) 
     path = tmp_path / "log.csv"
     for later, refused in ((second, True), (FIRST, False)):
         path.write_text(FIRST.text(slice(0, 140)) + later.text(slice(140, None)))
-        item = Item(((path, hash_of(path)),), "delimited", Rules())
-        outcome = read_item(item, Pieces(tmp_path / "numbers", 400))
+        item = LogItem(((path, hash_of(path)),), "delimited", Rules())
+        outcome = read_item(item, BlockReading(tmp_path / "numbers", 400))
         said = [str(r) for r in outcome.refusals]
         assert (len(said) == 1 and "line 142 begins another header" in said[0]) == refused
         assert bool(outcome.recordings) != refused

@@ -1,14 +1,14 @@
 import numpy as np
 
-from mrfit.ingest.table import Column, Refused, Table
+from mrfit.ingest.table import Column, RejectedRow, Table
 from mrfit.ingest.text.textlog import side_by_side
 
 
 def _table(name: str, rows: int = 100, dt: float = 1e-3, lost: int | None = None) -> Table:
     lines = np.arange(1, rows + 1)
-    refused: tuple[Refused, ...] = ()
+    refused: tuple[RejectedRow, ...] = ()
     if lost is not None:
-        lines, refused = np.delete(lines, lost), (Refused("short row", lost + 1),)
+        lines, refused = np.delete(lines, lost), (RejectedRow("short row", lost + 1),)
     return Table((Column(name, "V", lines * 1.0, 1),), lines, time=Column("t", "s", lines * dt, 0), refused=refused)
 
 
