@@ -79,8 +79,8 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 # The second header has a time in another unit; an unknown unit stands in the first; the first row is damaged; a garbled
-# cell looks like a factor; overload marks stand around the header; rows stand above the only header that can be read; a damaged row
-# stands right above the second.
+# cell looks like a factor; overload marks stand around the header; rows stand above the only header that can be read;
+# a damaged row stands right above the second.
 @pytest.mark.parametrize(
     ("name", "number"),
     [
