@@ -337,7 +337,9 @@ def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
     return form == LOG if form else param.scale == "log" and param.name not in spec.linear
 
 
-def _coefficient(param: Param, piece: CurrentPiece, power: int, pieces: Sequence[CurrentPiece], form: str) -> DerivedQuantity:
+def _coefficient(
+    param: Param, piece: CurrentPiece, power: int, pieces: Sequence[CurrentPiece], form: str
+) -> DerivedQuantity:
     name, unit = (f"ln({param.name})", "1") if form == LOG and piece.order > 0 else (param.name, param.unit)
     place = "" if len(pieces) == 1 else f"({piece.low:.4g}..{piece.high:.4g}A)"
     knee = knee_of(form, (pieces[0].low, pieces[-1].high))
