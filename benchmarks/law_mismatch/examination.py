@@ -12,7 +12,7 @@ from mrfit.core.progress import silent
 from mrfit.discover.bench import build_bench, effects_for
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
-from mrfit.discover.invariance.findings import Findings
+from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.invariance.records import from_block
 from mrfit.discover.refit import Fitter
 from mrfit.io.dataset import Dataset
@@ -25,7 +25,7 @@ from mrfit.simulate.current_levels import default_orders, recorded_range
 CLEAR = 1.5
 
 
-def findings(recordings: list[mrfit.Recording], model: str) -> Findings:
+def findings(recordings: list[mrfit.Recording], model: str) -> LawFindings:
     """Return what an examination finds beside a base fitted to the same recordings, its current by role."""
     with one_blas_thread():
         data = prepared(recordings, as_asked({}), silent).dataset
@@ -35,7 +35,7 @@ def findings(recordings: list[mrfit.Recording], model: str) -> Findings:
         bench = build_bench(data.segments, data.recordings, plain, effects_for(output))
         lacking = [n for n in MOTION[output] if n not in bench.channels]
         if lacking:
-            return Findings(not_applicable=f"no {lacking[0]}")
+            return LawFindings(not_applicable=f"no {lacking[0]}")
         base = Fitter(bench, model, dependence, {}, {}, lambda effects, point: None).first(0)
         records = [from_block(s.block, s.names, output) for s in bench.stretches]
         effects = [registry.load("effect", e.name) for e in effects_for(output)]
@@ -51,7 +51,7 @@ def _dependence(model: str, data: Dataset) -> CurrentDependence | None:
     return CurrentDependence(default_orders(spec, 3, shape) or orders_of(spec, "2"), low, high)
 
 
-def said(found: Findings) -> Said:
+def said(found: LawFindings) -> Said:
     """Return findings in the form that is judged."""
     names = tuple(
         Name(

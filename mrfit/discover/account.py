@@ -8,7 +8,7 @@ import numpy as np
 
 from mrfit.discover import looks
 from mrfit.discover.bench import Stretch
-from mrfit.discover.evidence import Screening
+from mrfit.discover.evidence import EffectScreening
 from mrfit.discover.findings import Findings
 from mrfit.discover.policy import Policy
 from mrfit.discover.regions import Region, in_words
@@ -27,7 +27,7 @@ from mrfit.io.schemas.discovery import (
 
 
 @dataclass(frozen=True)
-class Asked:
+class DiscoveryRequest:
     """What a discovery was asked, and of which data.
 
     Attributes
@@ -54,7 +54,7 @@ class Asked:
     choice: dict[str, Any] | None = None
 
 
-def account(asked: Asked, chosen: Selection, found: Findings, policy: Policy) -> DiscoveryFile:
+def account(asked: DiscoveryRequest, chosen: Selection, found: Findings, policy: Policy) -> DiscoveryFile:
     """Return everything discovery.json says of a decision.
 
     Parameters
@@ -147,7 +147,7 @@ def candidates(chosen: Selection) -> tuple[Candidate, ...]:
     return tuple(sorted(rows, key=lambda r: (not r.accepted, -r.screen)))
 
 
-def confusable(screening: Screening, policy: Policy) -> tuple[Pair, ...]:
+def confusable(screening: EffectScreening, policy: Policy) -> tuple[Pair, ...]:
     """Return the pairs of effects whose projected sensitivities are nearly parallel in these data."""
     names = screening.shown
     return tuple(
@@ -158,7 +158,7 @@ def confusable(screening: Screening, policy: Policy) -> tuple[Pair, ...]:
     )
 
 
-def cosine_table(screening: Screening, policy: Policy) -> Cosines:
+def cosine_table(screening: EffectScreening, policy: Policy) -> Cosines:
     """Return the cosines between the projected sensitivities of all effects the data can show, and which are alike."""
     order = sorted(range(len(screening.shown)), key=lambda k: screening.shown[k])
     return Cosines(

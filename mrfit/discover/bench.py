@@ -205,12 +205,12 @@ def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _ChannelDrives:
     drives: dict[str, Drive]
     lacking: dict[str, str]
 
 
-def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _Found:
+def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _ChannelDrives:
     drives, lacking = {}, {}
     for name in names:
         if name == TIME:
@@ -223,7 +223,7 @@ def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _
         if name in lacking and rate in drives:
             drives[name] = _stroke_of(drives[rate])
             del lacking[name]
-    return _Found(drives, lacking)
+    return _ChannelDrives(drives, lacking)
 
 
 def _stroke_of(velocity: Drive) -> Drive:
@@ -236,7 +236,7 @@ def _stroke_of(velocity: Drive) -> Drive:
 def _stretch(
     segment: Segment,
     recording: Recording,
-    found: _Found,
+    found: _ChannelDrives,
     names: Sequence[str],
     output: Array,
     noise: NoiseFloor,

@@ -8,7 +8,7 @@ breaks an invariance which every law keeps, and no other. Nothing is computed, r
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mrfit.discover.invariance.findings import Findings, NamedEffect
+from mrfit.discover.invariance.findings import LawFindings, NamedEffect
 from mrfit.discover.policy import Policy
 from mrfit.discover.select import Selection
 
@@ -22,7 +22,7 @@ class Shadow:
 
 
 @dataclass(frozen=True)
-class Combined:
+class CombinedResult:
     """The result of both ways.
 
     Attributes
@@ -116,7 +116,7 @@ def leaves_noise(chosen: Selection, noise: float, policy: Policy) -> bool:
     return chosen.verdict in ("named", "ambiguous") and not _leaves_much(chosen, noise, policy)
 
 
-def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy: bool = False) -> Combined:
+def combine(chosen: Selection, examined: LawFindings | None, policy: Policy, noisy: bool = False) -> CombinedResult:
     """Return the result of both ways; without an examination, that of the base taken as exact.
 
     Parameters
@@ -131,7 +131,7 @@ def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy:
         Whether the base with its effects leaves little more than a floor, see ``leaves_noise``. It is believed if it
         leaves as little as the best law whatever it is.
     """
-    exact = Combined(chosen.verdict, chosen.named, chosen.ambiguous)
+    exact = CombinedResult(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable:
         return exact
     if noisy and _as_good_as_any_law(examined, policy):
@@ -142,10 +142,10 @@ def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy:
     if not standing:
         back = bool(chosen.final.effects)
         verdict = "unexplained" if back else exact.verdict
-        return Combined(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
+        return CombinedResult(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
     sets = tuple((n.name, *rivals) for n in standing if (rivals := _others(n)))
     clear = tuple(n.name for n in standing if not _others(n))
-    return Combined(
+    return CombinedResult(
         verdict="ambiguous" if sets else "named",
         named=clear,
         ambiguous=sets,
@@ -155,7 +155,7 @@ def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy:
     )
 
 
-def _as_good_as_any_law(examined: Findings, policy: Policy) -> bool:
+def _as_good_as_any_law(examined: LawFindings, policy: Policy) -> bool:
     """Return whether a model taken as exact leaves hardly more than the best law does."""
     errors = examined.errors
     return errors.exact is not None and errors.exact <= policy.as_good * max(errors.open, errors.noise)
@@ -166,7 +166,7 @@ def _others(effect: NamedEffect) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*effect.rivals, *effect.alike)))
 
 
-def _shadow(effect: NamedEffect, examined: Findings, policy: Policy) -> Shadow | None:
+def _shadow(effect: NamedEffect, examined: LawFindings, policy: Policy) -> Shadow | None:
     """Return why an effect is not believed; None if it is.
 
     What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the

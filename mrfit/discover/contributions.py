@@ -10,13 +10,13 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.discover.evidence import Fit, Join, refit
-from mrfit.discover.gather import Gathering
+from mrfit.discover.gather import SimulatedEvidence
 from mrfit.discover.refit import Refit
 from mrfit.discover.select import Selection
 from mrfit.io.schemas.discovery import Suspect
 
 
-def contributions(gathering: Gathering, chosen: Selection, suspects: Sequence[Suspect]) -> Mapping[str, Array]:
+def contributions(gathering: SimulatedEvidence, chosen: Selection, suspects: Sequence[Suspect]) -> Mapping[str, Array]:
     """Return columns ``with NAME`` and ``without NAME``: errors of every sample, in the order of ``series_of``."""
     columns: dict[str, Array] = {}
     for suspect in suspects:
@@ -27,7 +27,7 @@ def contributions(gathering: Gathering, chosen: Selection, suspects: Sequence[Su
     return columns
 
 
-def _fit_of(gathering: Gathering, chosen: Selection, suspect: Suspect) -> Fit:
+def _fit_of(gathering: SimulatedEvidence, chosen: Selection, suspect: Suspect) -> Fit:
     """Return the fit that a suspect's parameters were told of."""
     name, fit = suspect.name, chosen.proven if chosen.taken_back else chosen.final
     if name in fit.effects:
@@ -37,7 +37,7 @@ def _fit_of(gathering: Gathering, chosen: Selection, suspect: Suspect) -> Fit:
     return refit(gathering, Join(tuple(name if e == own else e for e in fit.effects), (fit.values,)))
 
 
-def _errors(gathering: Gathering, refit: Refit, theta: Array) -> Array:
+def _errors(gathering: SimulatedEvidence, refit: Refit, theta: Array) -> Array:
     bench, found = gathering.fitter.bench, list[Array]()
     for role in ("train", "holdout"):
         errors = bench.errors(refit.assembly, theta, role)

@@ -3,10 +3,10 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from mrfit.discover.evidence import Fit, Join, Screening, Source, refit
+from mrfit.discover.evidence import EffectScreening, EvidenceSource, Fit, Join, refit
 from mrfit.discover.policy import Policy
 from mrfit.discover.rules import (
-    Trial,
+    EffectTrial,
     beyond_chance,
     claim,
     comparable,
@@ -31,9 +31,9 @@ class Inquiry:
         What each effect could add to the base.
     """
 
-    source: Source
+    source: EvidenceSource
     policy: Policy
-    screening: Screening
+    screening: EffectScreening
 
     @property
     def base(self) -> Fit:
@@ -44,14 +44,14 @@ class Inquiry:
         """Return the effects that an effect looks like in these data."""
         return self.screening.alike(name, self.policy.alike)
 
-    def passes(self, trial: Trial) -> bool:
+    def passes(self, trial: EffectTrial) -> bool:
         """Return whether an effect has proof."""
         return not objection(trial, self.policy)
 
 
 def judge(
     inquiry: Inquiry, name: str, before: Fit, after: Fit, base: Fit | None = None, alike: Collection[str] = ()
-) -> Trial:
+) -> EffectTrial:
     """Return the trial of an effect from the fits without and with it, see ``claim``.
 
     No more is asked than decides: an effect that does not help needs no interval.
@@ -67,7 +67,7 @@ def judge(
 
 
 @dataclass(frozen=True)
-class Ending:
+class DuelResult:
     """How a duel ended.
 
     Attributes
@@ -80,7 +80,7 @@ class Ending:
         Why others were turned down, by name.
     """
 
-    winner: Trial
+    winner: EffectTrial
     equals: tuple[str, ...] = ()
     reasons: Mapping[str, str] = field(default_factory=dict)
 
@@ -89,12 +89,12 @@ class Ending:
         """The winner and those it cannot be told from; empty if there are none."""
         return (self.winner.name, *self.equals) if self.equals else ()
 
-    def turned_down(self, name: str, reason: str) -> "Ending":
+    def turned_down(self, name: str, reason: str) -> "DuelResult":
         """Return the same with a reason against an effect."""
         return replace(self, reasons={**self.reasons, name: reason})
 
 
-def duel(inquiry: Inquiry, present: Fit, passing: Sequence[Trial]) -> Ending:
+def duel(inquiry: Inquiry, present: Fit, passing: Sequence[EffectTrial]) -> DuelResult:
     """Return how the best trial stands after encompassing tests against its rivals.
 
     Parameters
@@ -106,7 +106,7 @@ def duel(inquiry: Inquiry, present: Fit, passing: Sequence[Trial]) -> Ending:
     passing
         Trials, the one with the least error on held-out conditions first.
     """
-    ending = Ending(passing[0])
+    ending = DuelResult(passing[0])
     for rival in passing[1:]:
         if comparable(present, ending.winner.fit, rival.fit, inquiry.policy):
             ending = _against(inquiry, present, ending, rival)
@@ -115,7 +115,7 @@ def duel(inquiry: Inquiry, present: Fit, passing: Sequence[Trial]) -> Ending:
     return ending
 
 
-def _against(inquiry: Inquiry, present: Fit, ending: Ending, rival: Trial) -> Ending:
+def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTrial) -> DuelResult:
     """Put both effects in together: the one that still earns its place beside the other is real, the other a shadow."""
     winner = ending.winner
     both = refit(
@@ -137,13 +137,13 @@ def _against(inquiry: Inquiry, present: Fit, ending: Ending, rival: Trial) -> En
     if adds and needed:
         return ending
     if adds:
-        return Ending(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
+        return DuelResult(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
     if needed:
         return ending.turned_down(rival.name, f"it adds nothing beside {winner.name}")
     return _without_proof(inquiry, ending, rival)
 
 
-def _without_proof(inquiry: Inquiry, ending: Ending, rival: Trial) -> Ending:
+def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> DuelResult:
     """Settle between two of which neither has proof beside the other."""
     winner, policy, library = ending.winner, inquiry.policy, inquiry.source.library
     if _far_behind(inquiry, winner, rival):
@@ -153,21 +153,21 @@ def _without_proof(inquiry: Inquiry, ending: Ending, rival: Trial) -> Ending:
     if other > own:
         return ending.turned_down(rival.name, _is_a_limit(winner))
     if other < own:
-        return Ending(rival, (), ending.reasons).turned_down(winner.name, _is_a_limit(rival))
+        return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _is_a_limit(rival))
     ending = ending.turned_down(rival.name, f"these data cannot tell it from {winner.name}")
     return replace(ending, equals=(*ending.equals, rival.name))
 
 
-def _far_behind(inquiry: Inquiry, winner: Trial, rival: Trial) -> bool:
+def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bool:
     """Return whether a rival leaves far more of held-out conditions, and significantly so."""
     if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
         return False
     return inquiry.source.fall(rival.fit, winner.fit) > inquiry.policy.holdout_clear
 
 
-def _closes_less(winner: Trial) -> str:
+def _closes_less(winner: EffectTrial) -> str:
     return f"it closes less of the gap than {winner.name}"
 
 
-def _is_a_limit(other: Trial) -> str:
+def _is_a_limit(other: EffectTrial) -> str:
     return f"its shape ends at a bound, where it is no other than {other.name}"

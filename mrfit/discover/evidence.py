@@ -1,7 +1,7 @@
 """The evidence of a decision that takes the base as exact: rows of numbers, and who answers questions with them.
 
 Which refit is worth its time depends on what the last one showed. So a decision asks for one row after the other, and
-never computes one itself: ``gather`` answers by simulation, a ``Reader`` from a table.
+never computes one itself: ``gather`` answers by simulation, a ``EvidenceReader`` from a table.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -66,7 +66,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Screening:
+class EffectScreening:
     """What each effect could add to a fit.
 
     Attributes
@@ -153,7 +153,7 @@ class Repetition:
 
 
 @dataclass(frozen=True)
-class Effect:
+class LibraryEffect:
     """What the library says of one effect.
 
     Attributes
@@ -190,7 +190,7 @@ class Join:
     starts: tuple[Mapping[str, float], ...]
 
 
-class Source(Protocol):
+class EvidenceSource(Protocol):
     """Answers to the questions of a decision that takes the base as exact."""
 
     @property
@@ -202,13 +202,13 @@ class Source(Protocol):
         """The most that the noise of held-out conditions can be, in multiples of its floor."""
 
     @property
-    def library(self) -> Mapping[str, Effect]:
+    def library(self) -> Mapping[str, LibraryEffect]:
         """The effects that may be missing."""
 
     def refits(self, wanted: Sequence[Try | Join], labels: Sequence[str] = ()) -> Generator[Fit, None, None]:
         """Yield refits that are known together; a label says what was done."""
 
-    def screen(self, present: Fit) -> Screening:
+    def screen(self, present: Fit) -> EffectScreening:
         """Return what each effect could add to a fit."""
 
     def search(self, fit: Fit) -> Fit:
@@ -233,6 +233,6 @@ class Source(Protocol):
         """Return what of the error repeats from cycle to cycle, and whether what does not knows the output."""
 
 
-def refit(source: Source, wanted: Try | Join) -> Fit:
+def refit(source: EvidenceSource, wanted: Try | Join) -> Fit:
     """Return one refit."""
     return next(source.refits([wanted]))

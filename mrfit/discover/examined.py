@@ -11,11 +11,11 @@ from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, effects_for
 from mrfit.discover.combine import combine, leaves_noise
 from mrfit.discover.findings import gap_of
-from mrfit.discover.gather import Gathering
+from mrfit.discover.gather import SimulatedEvidence
 from mrfit.discover.held import refitted, with_held
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
-from mrfit.discover.invariance.findings import Findings, NamedEffect
+from mrfit.discover.invariance.findings import LawFindings, NamedEffect
 from mrfit.discover.invariance.records import Record, from_block
 from mrfit.discover.laws import Dependence, other_laws
 from mrfit.discover.open_law import with_examination, with_gap, with_laws
@@ -26,7 +26,7 @@ from mrfit.io.schemas.discovery import DiscoveryFile
 
 
 @dataclass(frozen=True)
-class Beside:
+class OpenLawResult:
     """A discovery beside a law that may be off, and the fit of the model with what was found."""
 
     found: DiscoveryFile
@@ -34,8 +34,8 @@ class Beside:
 
 
 def beside_open_law(
-    gathering: Gathering, chosen: Selection, exact: DiscoveryFile, dependence: Dependence, policy: Policy
-) -> Beside:
+    gathering: SimulatedEvidence, chosen: Selection, exact: DiscoveryFile, dependence: Dependence, policy: Policy
+) -> OpenLawResult:
     """Return a discovery with what was found whatever the law is, and with other laws that take part of the gap.
 
     Parameters
@@ -63,7 +63,7 @@ def beside_open_law(
         found = with_gap(found, gap_of(fitter.bench, base, after), without)
     if not examined.not_applicable and combined.law_may_be_off:
         found = with_laws(found, other_laws(fitter, base, held, dependence, policy))
-    return Beside(found, after)
+    return OpenLawResult(found, after)
 
 
 def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str) -> float | None:
@@ -72,7 +72,7 @@ def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str
     return gap_of(fitter.bench, base, refitted(with_held(fitter, others), base) if others else base).after
 
 
-def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = None) -> Findings:
+def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = None) -> LawFindings:
     """Return which effects are there whatever the law is, on fitted and held-out conditions together.
 
     Parameters
@@ -88,7 +88,7 @@ def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = Non
     """
     output = base.assembly.spec.output
     if why := not_applicable(output, bench.channels):
-        return Findings(not_applicable=why)
+        return LawFindings(not_applicable=why)
     records = [from_block(s.block, s.names, output) for s in bench.stretches]
     written = model.split("+")
     effects = [registry.load("effect", e.name) for e in effects_for(output) if e.name not in written]
@@ -96,7 +96,7 @@ def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = Non
         left = _left(bench, records, exact) if exact else ()
         return examine(records, base_of(base.assembly, base.theta, records), effects, exact=left)
     except np.linalg.LinAlgError:
-        return Findings(not_applicable="the equations of the best law have no solution on these data")
+        return LawFindings(not_applicable="the equations of the best law have no solution on these data")
 
 
 def not_applicable(output: str, channels: Collection[str]) -> str:

@@ -10,7 +10,7 @@ from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover import looks
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.evidence import Fit, Join, refit
-from mrfit.discover.gather import Gathering
+from mrfit.discover.gather import SimulatedEvidence
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
 from mrfit.discover.regions import Region, beyond_training, locate
@@ -68,7 +68,7 @@ class Findings:
         return self.share_left is None or self.share_left > policy.worth_telling
 
 
-def findings(gathering: Gathering, chosen: Selection, policy: Policy) -> Findings:
+def findings(gathering: SimulatedEvidence, chosen: Selection, policy: Policy) -> Findings:
     """Return what is said of a decision; refits that only show what could stand instead are made here."""
     bench = gathering.fitter.bench
     before, after = gathering.refit_of(chosen.base), gathering.refit_of(chosen.final)
@@ -172,7 +172,7 @@ def intervals_of(fit: Refit, effect: str) -> tuple[EffectParameter, ...]:
     )
 
 
-def _named(gathering: Gathering, chosen: Selection, name: str) -> FoundEffect:
+def _named(gathering: SimulatedEvidence, chosen: Selection, name: str) -> FoundEffect:
     final, rest = chosen.final, tuple(e for e in chosen.final.effects if e != name)
     without = refit(gathering, Join(rest, (final.values,))) if rest else chosen.base
     after = gathering.refit_of(final)
@@ -185,7 +185,7 @@ def _named(gathering: Gathering, chosen: Selection, name: str) -> FoundEffect:
     )
 
 
-def _taken_back(gathering: Gathering, chosen: Selection) -> list[Suspect]:
+def _taken_back(gathering: SimulatedEvidence, chosen: Selection) -> list[Suspect]:
     """Return the effects that were taken back, and then those that could stand instead of one of them."""
     if not chosen.taken_back:
         return []
@@ -199,14 +199,16 @@ def _taken_back(gathering: Gathering, chosen: Selection) -> list[Suspect]:
     return [*(_suspect(gathering, chosen, fit, e) for e in fit.effects), *others]
 
 
-def _swapped(gathering: Gathering, chosen: Selection, fit: Fit, swap: tuple[str, str], instead_of: str = "") -> Suspect:
+def _swapped(
+    gathering: SimulatedEvidence, chosen: Selection, fit: Fit, swap: tuple[str, str], instead_of: str = ""
+) -> Suspect:
     """Return what the second of two effects would be in a fit in place of the first, from which it cannot be told."""
     own, other = swap
     effects = tuple(other if e == own else e for e in fit.effects)
     return _suspect(gathering, chosen, refit(gathering, Join(effects, (fit.values,))), other, instead_of)
 
 
-def _suspect(gathering: Gathering, chosen: Selection, fit: Fit, name: str, instead_of: str = "") -> Suspect:
+def _suspect(gathering: SimulatedEvidence, chosen: Selection, fit: Fit, name: str, instead_of: str = "") -> Suspect:
     fitted = gathering.refit_of(fit)
     gap = gap_of(gathering.fitter.bench, gathering.refit_of(chosen.base), fitted)
     found = Suspect(name=name, parameters=intervals_of(fitted, name), holdout_nrmse_after=gap.after, closed=gap.closed)

@@ -10,18 +10,28 @@ from typing import cast
 from mrfit.core import registry
 from mrfit.core.progress import Progress
 from mrfit.core.specs import EffectSpec
-from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Join, Repetition, Screening, Source, Try
+from mrfit.discover.evidence import (
+    Candidate,
+    EffectScreening,
+    EvidenceSource,
+    Fit,
+    Growth,
+    Join,
+    LibraryEffect,
+    Repetition,
+    Try,
+)
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.record import Evidence, Recorder
-from mrfit.discover.refit import Fitter, Refit, Wanted, paired_z
+from mrfit.discover.record import Evidence, EvidenceRecorder
+from mrfit.discover.refit import Fitter, Refit, RefitRequest, paired_z
 from mrfit.discover.remainder import explainable, powers_by_output, repeated_error
-from mrfit.discover.screen import Screened, cosines, reach, screen
+from mrfit.discover.screen import ScreenedEffect, cosines, reach, screen
 from mrfit.discover.select import decide
 from mrfit.discover.steadiness import growths
 
 
-class Gathering:
-    """Answers questions by simulation; it is a ``Source``.
+class SimulatedEvidence:
+    """Answers questions by simulation; it is a ``EvidenceSource``.
 
     Parameters
     ----------
@@ -55,7 +65,7 @@ class Gathering:
         self._effects, self._policy, self._seed = effects, policy, seed
         self._refits: list[Refit] = []
         self._numbers: dict[int, int] = {}
-        self._screened: dict[int, list[Screened]] = {}
+        self._screened: dict[int, list[ScreenedEffect]] = {}
         self.base = self._row(base)
 
     def refits(self, wanted: Sequence[Try | Join], labels: Sequence[str] = ()) -> Generator[Fit, None, None]:
@@ -70,12 +80,12 @@ class Gathering:
         """Return the refit that a row stands for."""
         return self._refits[fit.number]
 
-    def screen(self, present: Fit) -> Screening:
+    def screen(self, present: Fit) -> EffectScreening:
         """Return what each effect could add to a fit."""
         found = screen(self.fitter, self.refit_of(present), self._effects, self._policy)
         self._screened[present.number] = found
         matrix = cosines([s for s in found if s.candidate.shown])
-        return Screening(present, tuple(s.candidate for s in found), tuple(tuple(row) for row in matrix.tolist()))
+        return EffectScreening(present, tuple(s.candidate for s in found), tuple(tuple(row) for row in matrix.tolist()))
 
     def search(self, fit: Fit) -> Fit:
         """Return a fit that is searched for again from many starts."""
@@ -108,13 +118,13 @@ class Gathering:
         bench, refit = self.fitter.bench, self.refit_of(fit)
         return Repetition(repeated_error(bench, refit), powers_by_output(bench, refit, self._policy.fewest_cycles))
 
-    def _wanted(self, wanted: Try | Join) -> Wanted:
+    def _wanted(self, wanted: Try | Join) -> RefitRequest:
         """Return the effects of a refit and where it starts from."""
         if isinstance(wanted, Join):
-            return Wanted(wanted.effects, wanted.starts)
+            return RefitRequest(wanted.effects, wanted.starts)
         present, candidate = wanted.present, wanted.candidate
         starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in STANDARD.start_distances]
-        return Wanted((*present.effects, candidate.name), (*starts, present.values))
+        return RefitRequest((*present.effects, candidate.name), (*starts, present.values))
 
     def _row(self, refit: Refit) -> Fit:
         """Return the row of a refit; the same optimum has the same number."""
@@ -125,17 +135,17 @@ class Gathering:
         return Fit(number, refit.effects, refit.chi("train"), refit.chi("holdout"), refit.values, shapes)
 
 
-def gather(source: Source, policy: Policy) -> Evidence:
+def gather(source: EvidenceSource, policy: Policy) -> Evidence:
     """Return all that a decision under this policy asks for, with the answers of a source."""
-    recorder = Recorder(source)
-    decide(cast(Source, recorder), policy)
+    recorder = EvidenceRecorder(source)
+    decide(cast(EvidenceSource, recorder), policy)
     return recorder.evidence()
 
 
-def _effect(spec: EffectSpec) -> Effect:
+def _effect(spec: EffectSpec) -> LibraryEffect:
     others = (registry.load("effect", n).SPEC for n in registry.names("effect"))
     mistaken = {o.name for o in others if spec.name in o.aliases}
-    return Effect(spec.name, frozenset(spec.aliases) | mistaken, frozenset(p.name for p in spec.params))
+    return LibraryEffect(spec.name, frozenset(spec.aliases) | mistaken, frozenset(p.name for p in spec.params))
 
 
 def _scaled(fitter: Fitter, candidate: Candidate, factor: float) -> Mapping[str, float]:

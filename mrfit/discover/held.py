@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mrfit.discover.refit import Fitter, Refit, Wanted
+from mrfit.discover.refit import Fitter, Refit, RefitRequest
 
 
 def with_held(fitter: Fitter, held: Mapping[str, float]) -> Fitter:
@@ -21,4 +21,4 @@ def with_held(fitter: Fitter, held: Mapping[str, float]) -> Fitter:
 
 def refitted(fitter: Fitter, found: Refit) -> Refit:
     """Return the fitter's base, fitted from where another fit ended."""
-    return next(fitter.refits([Wanted((), (found.values, {}))]))
+    return next(fitter.refits([RefitRequest((), (found.values, {}))]))

@@ -5,9 +5,15 @@ from dataclasses import asdict
 from math import isfinite
 
 from mrfit.core.channels import CONTROL, MOTION, unit_of
-from mrfit.discover.combine import Combined, Shadow
-from mrfit.discover.invariance.findings import Findings, NamedEffect, Parameter, Place, TurnedDown
-from mrfit.discover.invariance.findings import Standing as Shown
+from mrfit.discover.combine import CombinedResult, Shadow
+from mrfit.discover.invariance.findings import (
+    EffectSignificance,
+    LawErrorPlace,
+    LawFindings,
+    NamedEffect,
+    Parameter,
+    TurnedDown,
+)
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.io.schemas.discovery import (
     BrokenInvariance,
@@ -32,8 +38,8 @@ from mrfit.io.schemas.discovery import (
 
 def with_examination(
     exact: DiscoveryFile,
-    combined: Combined,
-    examined: Findings,
+    combined: CombinedResult,
+    examined: LawFindings,
     output: str,
     policy: Policy,
 ) -> DiscoveryFile:
@@ -147,7 +153,7 @@ def _parameter(p: Parameter) -> EffectParameter:
     return EffectParameter(name=p.name, unit=p.unit, value=p.value, low=low, high=high)
 
 
-def _standing(s: Shown) -> Standing:
+def _standing(s: EffectSignificance) -> Standing:
     """Return how clearly an effect shows; a number that is not finite, as of an effect without scatter, is cut."""
     return Standing(
         **{
@@ -157,7 +163,7 @@ def _standing(s: Shown) -> Standing:
     )
 
 
-def _tests(examined: Findings, combined: Combined) -> list[str]:
+def _tests(examined: LawFindings, combined: CombinedResult) -> list[str]:
     """Return the tests that tell the effects of a set apart."""
     if not combined.ambiguous:
         return []
@@ -166,7 +172,7 @@ def _tests(examined: Findings, combined: Combined) -> list[str]:
     return [f"{n}: {tests[n]}" for n in names if tests.get(n)]
 
 
-def _candidates(rows: tuple[Candidate, ...], combined: Combined) -> tuple[Candidate, ...]:
+def _candidates(rows: tuple[Candidate, ...], combined: CombinedResult) -> tuple[Candidate, ...]:
     """Return what became of every effect, where some are named beside an open law."""
     shadows = {s.name: s.reason for s in combined.shadows}
     standing = {n.name: n for n in combined.standing}
@@ -182,7 +188,7 @@ def _candidates(rows: tuple[Candidate, ...], combined: Combined) -> tuple[Candid
     return tuple(sorted(changed, key=lambda r: not r.accepted))
 
 
-def law_gap(exact: DiscoveryFile, examined: Findings, policy: Policy) -> LawGap | None:
+def law_gap(exact: DiscoveryFile, examined: LawFindings, policy: Policy) -> LawGap | None:
     """Return how far the base's law is off, and what share of its gap the law, effects and neither of them take."""
     found, errors = examined.law_gap, examined.errors
     if found is None or errors.base is None:
@@ -203,13 +209,13 @@ def law_gap(exact: DiscoveryFile, examined: Findings, policy: Policy) -> LawGap 
     )
 
 
-def _place(p: Place) -> LawPlace:
+def _place(p: LawErrorPlace) -> LawPlace:
     return LawPlace(
         over=p.over, low=p.low, high=p.high, unit=p.unit, share_of_error=p.share, share_of_samples=p.samples
     )
 
 
-def _where(places: tuple[Place, ...], policy: Policy) -> list[str]:
+def _where(places: tuple[LawErrorPlace, ...], policy: Policy) -> list[str]:
     """Return where a law is off, in words: of each kind the bin that holds most beyond its samples."""
     said = []
     for over in dict.fromkeys(p.over for p in places):
@@ -220,7 +226,7 @@ def _where(places: tuple[Place, ...], policy: Policy) -> list[str]:
     return said
 
 
-def _bin(p: Place) -> str:
+def _bin(p: LawErrorPlace) -> str:
     factor, unit = (1e3, f"m{p.unit}") if p.unit in ("m", "m/s") else (1.0, p.unit)
     low, high = f"{factor * p.low:.2g}", f"{factor * p.high:.2g} {unit}"
     if p.over == "travel":
@@ -229,7 +235,7 @@ def _bin(p: Place) -> str:
     return f"with a {what} below {high}" if p.low == 0.0 else f"with a {what} of {low} to {high}"
 
 
-def examination(combined: Combined, examined: Findings, output: str) -> Examination:
+def examination(combined: CombinedResult, examined: LawFindings, output: str) -> Examination:
     """Return what an examination found."""
     if examined.not_applicable:
         return Examination(not_applicable=examined.not_applicable)
@@ -255,7 +261,7 @@ def examination(combined: Combined, examined: Findings, output: str) -> Examinat
     )
 
 
-def _invariant(n: NamedEffect, combined: Combined) -> InvariantEffect:
+def _invariant(n: NamedEffect, combined: CombinedResult) -> InvariantEffect:
     others = next((group[1:] for group in combined.ambiguous if group[0] == n.name), ())
     return InvariantEffect(
         name=n.name,
@@ -282,7 +288,7 @@ def _turned_down(t: TurnedDown) -> InvariantEffect:
     )
 
 
-def ways(exact: DiscoveryFile, combined: Combined, examined: Findings) -> Ways:
+def ways(exact: DiscoveryFile, combined: CombinedResult, examined: LawFindings) -> Ways:
     """Return what each way says, and whether they agree."""
     own = Way(verdict=exact.verdict, effects=tuple(e.name for e in exact.effects), ambiguous_set=exact.ambiguous_set)
     sets = tuple(sorted({e for group in combined.ambiguous for e in group})) if combined.law_is_open else ()

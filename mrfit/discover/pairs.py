@@ -5,11 +5,11 @@ from contextlib import closing
 from itertools import chain, combinations
 
 from mrfit.discover.duels import Inquiry, judge
-from mrfit.discover.evidence import Fit, Join, Screening, Try
-from mrfit.discover.rules import Trial, asks_for_pairs, leaves_little
+from mrfit.discover.evidence import EffectScreening, Fit, Join, Try
+from mrfit.discover.rules import EffectTrial, asks_for_pairs, leaves_little
 
 
-def best_pair(inquiry: Inquiry, screening: Screening, trials: Sequence[Trial]) -> Fit | None:
+def best_pair(inquiry: Inquiry, screening: EffectScreening, trials: Sequence[EffectTrial]) -> Fit | None:
     """Return the fit with the two effects that leave least, of those of which each has proof beside the other.
 
     Parameters
@@ -56,7 +56,7 @@ def _proven(inquiry: Inquiry, pair: tuple[str, str], alone: Mapping[str, Fit], b
     )
 
 
-def _promising(inquiry: Inquiry, screening: Screening, alone: Mapping[str, Fit]) -> list[tuple[str, str]]:
+def _promising(inquiry: Inquiry, screening: EffectScreening, alone: Mapping[str, Fit]) -> list[tuple[str, str]]:
     """Return the pairs, first those that to first order leave least.
 
     What both could take of the present error is one guess; better ones are what either could take of the error that

@@ -1,8 +1,8 @@
 """Questions of a decision and their answers, kept in order and read again.
 
-A decision asks a source for one answer after the other; which one comes next depends on the last. ``Recorder`` keeps
-what a source answers, an immutable table; a ``Reader`` answers from the table alone, so that the decision can be taken
-again without a simulation.
+A decision asks a source for one answer after the other; which one comes next depends on the last. ``EvidenceRecorder``
+keeps what a source answers, an immutable table. An ``EvidenceReader`` answers from the table alone, so that the
+decision can be taken again without a simulation.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -37,7 +37,7 @@ class Evidence:
     rows: tuple[Answer, ...]
 
 
-class Recorder:
+class EvidenceRecorder:
     """Source that keeps the answers of another one."""
 
     def __init__(self, source: Any) -> None:
@@ -67,7 +67,7 @@ class Recorder:
         return Evidence(self._facts, tuple(self._rows))
 
 
-class Reader:
+class EvidenceReader:
     """Source that answers from a table.
 
     Raises

@@ -122,7 +122,7 @@ class Refit:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RefitRequest:
     """Effects that are to be fitted together, and from where.
 
     Attributes
@@ -218,7 +218,7 @@ class Fitter:
         self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, found.point)
 
-    def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
+    def refits(self, wanted: Sequence[RefitRequest]) -> Iterator[Refit]:
         """Yield refits one after the other, while processes make the descents of those to come."""
         problems = [self._started(one) for one in wanted]
         new = [p.effects not in self.known for p in problems]
@@ -236,7 +236,7 @@ class Fitter:
             self.known[key] = _descent(problem, silent).point
         return self._judged(key, posed.assembly, posed.cube, self.known[key])
 
-    def _started(self, wanted: Wanted) -> _Problem:
+    def _started(self, wanted: RefitRequest) -> _Problem:
         """Return the problem of effects in their order, and where it starts from."""
         key = tuple(sorted(wanted.effects))
         assembly, cube = self.assembly(key), self.cube(key)

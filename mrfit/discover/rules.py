@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Repetition
+from mrfit.discover.evidence import Candidate, Fit, Growth, LibraryEffect, Repetition
 from mrfit.discover.policy import Policy
 
 
 @dataclass(frozen=True)
-class Trial:
+class EffectTrial:
     """One effect added to a model and refitted.
 
     Attributes
@@ -67,7 +67,7 @@ def leaves_little(pair: Fit, base: Fit, policy: Policy) -> bool:
 # --- proof
 
 
-def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: Collection[str] = ()) -> Trial:
+def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: Collection[str] = ()) -> EffectTrial:
     """Return what an effect takes by the fits without and with it, and how clear it then has to be.
 
     Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
@@ -85,20 +85,20 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
     overwhelms = of_rest > policy.overwhelming and far
     first = before == base and of_rest > policy.half and far
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
-    return Trial(name, after, gain, overwhelms, needed)
+    return EffectTrial(name, after, gain, overwhelms, needed)
 
 
-def helps(trial: Trial, policy: Policy) -> bool:
+def helps(trial: EffectTrial, policy: Policy) -> bool:
     """Return whether an effect lowers the error on held-out conditions at all."""
     return trial.gain > policy.least_gain
 
 
-def beyond_chance(trial: Trial, policy: Policy) -> bool:
+def beyond_chance(trial: EffectTrial, policy: Policy) -> bool:
     """Return whether what an effect takes on held-out conditions is more than chance does."""
     return trial.overwhelms or trial.score > policy.holdout_clear
 
 
-def objection(trial: Trial, policy: Policy) -> str:
+def objection(trial: EffectTrial, policy: Policy) -> str:
     """Return what an effect lacks for a proof; empty if nothing."""
     if not helps(trial, policy):
         return "it does not lower the error on held-out conditions"
@@ -125,7 +125,7 @@ def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
     return other > policy.far_behind * least
 
 
-def limits(fit: Fit, effect: str, rival: Effect, policy: Policy) -> int:
+def limits(fit: Fit, effect: str, rival: LibraryEffect, policy: Policy) -> int:
     """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form.
 
     Those that its rival has too say nothing of which of the two it is.

@@ -21,7 +21,7 @@ from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 
 @dataclass(frozen=True)
-class Screened:
+class ScreenedEffect:
     """One effect with what only its screening needs.
 
     Attributes
@@ -39,7 +39,7 @@ class Screened:
     columns: Array = field(default_factory=lambda: np.empty((0, 0)))
 
 
-def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy: Policy) -> list[Screened]:
+def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy: Policy) -> list[ScreenedEffect]:
     """Return what each effect could add to a fitted model, best first."""
     stride = fitter.stride
     errors = np.concatenate(present.train)[::stride]
@@ -49,7 +49,7 @@ def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy
     return sorted(found, key=lambda s: -s.candidate.gain)
 
 
-def reach(candidates: Sequence[Screened], fit: Refit, stride: int) -> float:
+def reach(candidates: Sequence[ScreenedEffect], fit: Refit, stride: int) -> float:
     """Return the share of a fit's squared training error that the sensitivities of candidates could take away together.
 
     They are those at the fit they were screened with: a first order that holds the better, the nearer the two fits are.
@@ -94,11 +94,13 @@ class _Data:
     policy: Policy
 
 
-def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> Screened:
+def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> ScreenedEffect:
     reason = unjudgeable(fitter.bench, effect)
     if reason:
-        return Screened(Candidate(effect.name, reason, shown=False))
-    best = Screened(Candidate(effect.name, held(fitter.bench, effect) or "absorbed by what the model has", shown=False))
+        return ScreenedEffect(Candidate(effect.name, reason, shown=False))
+    best = ScreenedEffect(
+        Candidate(effect.name, held(fitter.bench, effect) or "absorbed by what the model has", shown=False)
+    )
     for trial in _sensitivities(fitter, present, effect):
         free = trial.columns - data.basis @ (data.basis.T @ trial.columns)
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(trial.columns, axis=0), 1e-300)
@@ -138,7 +140,7 @@ def _screening(
     steps: Array,
     explained: Array,
     data: _Data,
-) -> Screened:
+) -> ScreenedEffect:
     direction = explained / max(float(np.linalg.norm(explained)), 1e-300)
     scores = np.split(data.errors * direction, np.cumsum(data.lengths)[:-1])
     variance = sum(float(long_run_covariance((s - s.mean())[:, None])[0, 0]) for s in scores)
@@ -149,18 +151,18 @@ def _screening(
         smallest = STANDARD.screening_step * (p.high - p.low)
         away = step if abs(step) > smallest else np.copysign(smallest, step)
         values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
-    return Screened(Candidate(effect.name, "", _gain(data.errors, explained), strength, start=values), direction)
+    return ScreenedEffect(Candidate(effect.name, "", _gain(data.errors, explained), strength, start=values), direction)
 
 
 @dataclass(frozen=True)
-class _Shaped:
+class _ShapeTrial:
     """An effect's columns (N, M) per unit of its parameters, at values of its shape parameters by name."""
 
     columns: Array
     shapes: dict[str, float]
 
 
-def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_Shaped]:
+def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_ShapeTrial]:
     """Return the effect's columns for each trial shape."""
     assembly, cube = fitter.assembly([*present.effects, effect.name]), fitter.cube([*present.effects, effect.name])
     names = [p.name for p in cube.params]
@@ -183,7 +185,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
             steps.append(step)
         simulated = residuals(cube.to_points(np.array(rows)))
         columns = ((simulated[1:] - simulated[0]) / np.array(steps)[:, None]).T
-        trials.append(_Shaped(columns, shapes))
+        trials.append(_ShapeTrial(columns, shapes))
     return trials
 
 
@@ -218,7 +220,7 @@ def present_basis(fitter: Fitter, present: Refit) -> Array:
     return basis
 
 
-def cosines(screened: Sequence[Screened]) -> Array:
+def cosines(screened: Sequence[ScreenedEffect]) -> Array:
     """Return the matrix of cosines between projected sensitivities; 0 where an effect cannot be judged."""
     size = len(screened)
     matrix = np.eye(size)

@@ -23,19 +23,19 @@ from typing import cast
 from mrfit.discover.duels import Inquiry, duel, judge
 from mrfit.discover.evidence import (
     Candidate,
+    EffectScreening,
+    EvidenceSource,
     Fit,
     Growth,
     Join,
-    Screening,
-    Source,
     Try,
     refit,
 )
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.policy import Policy
-from mrfit.discover.record import Evidence, Reader
+from mrfit.discover.record import Evidence, EvidenceReader
 from mrfit.discover.rules import (
-    Trial,
+    EffectTrial,
     below_the_rest,
     clearly_left,
     drift,
@@ -89,7 +89,7 @@ class Selection:
     base: Fit
     final: Fit
     proven: Fit
-    screening: Screening
+    screening: EffectScreening
     ambiguous: tuple[tuple[str, ...], ...] = ()
     doubtful: tuple[tuple[str, ...], ...] = ()
     reasons: Mapping[str, str] = field(default_factory=dict)
@@ -115,11 +115,11 @@ class Selection:
 
 
 @dataclass(frozen=True)
-class Round:
+class SelectionRound:
     """What stands after effects were tried one by one, and their trials."""
 
     chosen: Selection
-    trials: tuple[Trial, ...] = ()
+    trials: tuple[EffectTrial, ...] = ()
 
 
 def select(evidence: Evidence, policy: Policy) -> Selection:
@@ -130,10 +130,10 @@ def select(evidence: Evidence, policy: Policy) -> Selection:
     LookupError
         If the policy asks for a refit that the evidence does not hold.
     """
-    return decide(cast(Source, Reader(evidence)), policy)
+    return decide(cast(EvidenceSource, EvidenceReader(evidence)), policy)
 
 
-def decide(source: Source, policy: Policy) -> Selection:
+def decide(source: EvidenceSource, policy: Policy) -> Selection:
     """Return the same from whatever answers questions."""
     screening = source.screen(source.base)
     inquiry = Inquiry(source, policy, screening)
@@ -149,9 +149,9 @@ def decide(source: Source, policy: Policy) -> Selection:
     return _with_verdict(inquiry, take_back(without_idle(chosen), source.noise, policy))
 
 
-def _grow(inquiry: Inquiry, chosen: Selection) -> Round:
+def _grow(inquiry: Inquiry, chosen: Selection) -> SelectionRound:
     """Add effects until none has proof; return what stands then, and the trials of the first round."""
-    first: tuple[Trial, ...] = ()
+    first: tuple[EffectTrial, ...] = ()
     for number in range(inquiry.policy.most_rounds):
         present = chosen.final
         screening = inquiry.source.screen(present) if present.effects else chosen.screening
@@ -168,15 +168,15 @@ def _grow(inquiry: Inquiry, chosen: Selection) -> Round:
                 break
             chosen = _accepted(inquiry, chosen, both)
         chosen = _chosen_again(inquiry, _without_shadows(inquiry, chosen))
-    return Round(chosen, first)
+    return SelectionRound(chosen, first)
 
 
-def _passing(inquiry: Inquiry, trials: Sequence[Trial]) -> list[Trial]:
+def _passing(inquiry: Inquiry, trials: Sequence[EffectTrial]) -> list[EffectTrial]:
     """Return the trials with proof, the one with the least error on held-out conditions first."""
     return sorted((t for t in trials if inquiry.passes(t)), key=lambda t: t.fit.holdout)
 
 
-def _start_again(inquiry: Inquiry, grown: Round) -> Selection:
+def _start_again(inquiry: Inquiry, grown: SelectionRound) -> Selection:
     """Begin with the best pair, where effects put in one by one leave too much: the first may imitate two others."""
     chosen = grown.chosen
     both = best_pair(inquiry, chosen.screening, grown.trials)
@@ -197,7 +197,7 @@ def _accepted(inquiry: Inquiry, chosen: Selection, fit: Fit, equals: tuple[str, 
     return replace(chosen, final=inquiry.source.search(fit), ambiguous=ambiguous)
 
 
-def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: int) -> Round:
+def _tried(inquiry: Inquiry, chosen: Selection, screening: EffectScreening, number: int) -> SelectionRound:
     """Try the candidates of a screening one by one beside what is in."""
     present, gains, reasons = screening.present, dict(chosen.gains), dict(chosen.reasons)
     worth = worth_a_refit(screening.candidates, inquiry.policy)
@@ -211,10 +211,12 @@ def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: in
             reasons[trial.name] = (against or f"it takes away {trial.gain:.0%} of the squared hold-out error") + beside
     for candidate in screening.candidates:
         reasons.setdefault(candidate.name, candidate.reason or UNSEEN)
-    return Round(replace(chosen, gains=gains, reasons=reasons), tuple(trials))
+    return SelectionRound(replace(chosen, gains=gains, reasons=reasons), tuple(trials))
 
 
-def _trials(inquiry: Inquiry, present: Fit, candidates: Sequence[Candidate], labels: Sequence[str] = ()) -> list[Trial]:
+def _trials(
+    inquiry: Inquiry, present: Fit, candidates: Sequence[Candidate], labels: Sequence[str] = ()
+) -> list[EffectTrial]:
     fits = inquiry.source.refits([Try(present, c) for c in candidates], labels)
     return [
         judge(inquiry, c.name, present, fit, None, inquiry.alike(c.name))

@@ -10,13 +10,13 @@ import numpy as np
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.discover.account import Asked, account
+from mrfit.discover.account import DiscoveryRequest, account
 from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.combine import Floors, worth_examining
 from mrfit.discover.contributions import contributions
 from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
-from mrfit.discover.gather import Gathering, gather
+from mrfit.discover.gather import SimulatedEvidence, gather
 from mrfit.discover.open_law import with_another_base
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Fitter, Refit
@@ -64,7 +64,7 @@ def check(settings: Settings) -> None:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DiscoveryOutcome:
     """A discovery.
 
     Attributes
@@ -79,7 +79,7 @@ class Outcome:
     skipped: bool = False
 
 
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> Outcome:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> DiscoveryOutcome:
     """Find what a base model lacks, and write ``discover/``.
 
     Parameters
@@ -108,11 +108,11 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     folder = workspace.root / "discover"
     existing = reusable(folder / "discovery.json", DiscoveryFile)
     if existing and existing.key == key:
-        return Outcome(existing, skipped=True)
-    asked = Asked(settings.model, settings.seed, digest_of(data), key)
+        return DiscoveryOutcome(existing, skipped=True)
+    asked = DiscoveryRequest(settings.model, settings.seed, digest_of(data), key)
     lacking = too_little(segments, STANDARD)
     if lacking:
-        told = Told(insufficient(asked, lacking))
+        told = DiscoveryOutput(insufficient(asked, lacking))
     else:
         judged, moved = segments, ""
         if by_law_of_current(settings.model):
@@ -133,7 +133,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     write_text(folder / "model.toml", model_toml(found))
     write_json(folder / "discovery.json", found.to_json())
     shutil.rmtree(folder / ".partial", ignore_errors=True)
-    return Outcome(found)
+    return DiscoveryOutcome(found)
 
 
 def model_toml(found: DiscoveryFile) -> str:
@@ -188,7 +188,7 @@ def with_their_currents_trained(segments: Sequence[Segment]) -> tuple[list[Segme
     return [replace(s, role="train") if s.condition in moved else s for s in segments], word if moved else ""
 
 
-def insufficient(asked: Asked, lacking: str) -> DiscoveryFile:
+def insufficient(asked: DiscoveryRequest, lacking: str) -> DiscoveryFile:
     """Return the discovery of data that are too few."""
     return DiscoveryFile(
         base_model=asked.model,
@@ -208,7 +208,7 @@ def insufficient(asked: Asked, lacking: str) -> DiscoveryFile:
 
 
 @dataclass(frozen=True)
-class Told:
+class DiscoveryOutput:
     """What is written of a discovery: discovery.json's content, and the errors of every sample, by column."""
 
     found: DiscoveryFile
@@ -222,7 +222,7 @@ class _Job:
     workspace: Workspace
     settings: Settings
     data: Dataset
-    asked: Asked
+    asked: DiscoveryRequest
     progress: Progress
 
 
@@ -235,22 +235,22 @@ class Currents:
 
 
 @dataclass(frozen=True)
-class _Judged:
+class _JudgedDependence:
     """What was decided with one dependence of the base on current, and what it was decided from."""
 
-    gathering: Gathering
+    gathering: SimulatedEvidence
     chosen: Selection
 
 
 @dataclass(frozen=True)
-class _Decided:
+class _DependenceChoice:
     """What was decided with the dependence on current that was taken."""
 
-    judged: _Judged
+    judged: _JudgedDependence
     currents: Currents
 
 
-def _discovered(job: _Job) -> Told:
+def _discovered(job: _Job) -> DiscoveryOutput:
     """Return what is written of a decision, with an examination by invariances where the law may be off."""
     decided = _decided(job)
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
@@ -266,7 +266,7 @@ def _discovered(job: _Job) -> Told:
         )
         job.progress("law and invariances", 1, 1)
         told, after = _with_another_base(job, beside.found), beside.after
-    return Told(told, {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)})
+    return DiscoveryOutput(told, {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)})
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
@@ -281,7 +281,7 @@ def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
     return with_another_base(told, _exact(again, _decided(again)))
 
 
-def _exact(job: _Job, decided: _Decided) -> DiscoveryFile:
+def _exact(job: _Job, decided: _DependenceChoice) -> DiscoveryFile:
     """Return what is told of a base taken as exact."""
     dependence, choice = decided.currents.dependence, decided.currents.choice
     asked = replace(
@@ -293,7 +293,7 @@ def _exact(job: _Job, decided: _Decided) -> DiscoveryFile:
     return account(asked, chosen, findings(gathering, chosen, STANDARD), STANDARD)
 
 
-def _decided(job: _Job) -> _Decided:
+def _decided(job: _Job) -> _DependenceChoice:
     """Gather evidence and select."""
     currents = current_dependence(job.settings, job.data)
     choice = currents.choice
@@ -305,10 +305,10 @@ def _decided(job: _Job) -> _Decided:
         other = _judged(again, usual)
         if other.chosen.verdict in ("none", "named", "ambiguous"):
             found, currents = other, Currents(usual)
-    return _Decided(found, currents)
+    return _DependenceChoice(found, currents)
 
 
-def _judged(job: _Job, dependence: CurrentDependence | None) -> _Judged:
+def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:
     """Gather evidence with a dependence of the base on current, and select; refits are kept under the job's key."""
     settings, data = job.settings, job.data
     fitter = _fitter(job.workspace, settings, dependence, data, job.asked.key)
@@ -319,8 +319,8 @@ def _judged(job: _Job, dependence: CurrentDependence | None) -> _Judged:
         base = fitter.first(settings.seed)
     job.progress("base fit", 1, 1)
     effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
-    gathering = Gathering(fitter, base, effects, STANDARD, settings.seed, job.progress)
-    return _Judged(gathering, select(gather(gathering, STANDARD), STANDARD))
+    gathering = SimulatedEvidence(fitter, base, effects, STANDARD, settings.seed, job.progress)
+    return _JudgedDependence(gathering, select(gather(gathering, STANDARD), STANDARD))
 
 
 def _with_residual_floors(fitter: Fitter, base: Refit, recordings: Mapping[str, Recording]) -> Fitter:

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from mrfit.discover.account import Asked, account, candidates, confusable, cosine_table
-from mrfit.discover.evidence import Candidate, Screening
+from mrfit.discover.account import DiscoveryRequest, account, candidates, confusable, cosine_table
+from mrfit.discover.evidence import Candidate, EffectScreening
 from mrfit.discover.findings import Findings
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.regions import Region
@@ -15,12 +15,12 @@ from tests.discover.world import fit
 
 BASE, FINAL = fit(10.0), fit(1.1, "delay")
 MASS = EffectParameter(name="m", unit="kg", value=12.0, low=11.0, high=13.0)
-ASKED = Asked("tanh", 0, "", "k")
+ASKED = DiscoveryRequest("tanh", 0, "", "k")
 
 
-def screening(cosine: float) -> Screening:
+def screening(cosine: float) -> EffectScreening:
     shown = (Candidate("inertia", gain=0.9), Candidate("delay", gain=0.5))
-    return Screening(BASE, shown, ((1.0, cosine), (cosine, 1.0)))
+    return EffectScreening(BASE, shown, ((1.0, cosine), (cosine, 1.0)))
 
 
 def selection(cosine: float = 0.0) -> Selection:

@@ -8,13 +8,20 @@ from hypothesis import strategies as st
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
-from mrfit.discover.evidence import Screening
-from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
+from mrfit.discover.evidence import EffectScreening
+from mrfit.discover.invariance.findings import (
+    BrokenInvariance,
+    EffectSignificance,
+    LawErrors,
+    LawFindings,
+    NamedEffect,
+    Parameter,
+)
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.select import Selection
 from tests.discover.world import fit
 
-CLEAR = Standing(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)
+CLEAR = EffectSignificance(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)
 FORCE = Parameter("largest force", "N", 100.0, 90.0, 110.0)
 BASE = fit(20.0)
 
@@ -29,32 +36,32 @@ def broken(kept: float, invariance: Invariance = Invariance.POSITION) -> BrokenI
 
 def exact(verdict: str = "unexplained", *effects: str, left: float = 10.0, **more: object) -> Selection:
     final = fit(left, *effects) if effects else BASE
-    return replace(Selection(BASE, final, final, Screening(BASE)), verdict=verdict, **more)
+    return replace(Selection(BASE, final, final, EffectScreening(BASE)), verdict=verdict, **more)
 
 
 def test_without_an_examination_the_base_taken_as_exact_decides() -> None:
     chosen = exact("ambiguous", "a", "c", ambiguous=(("a", "b"),))
-    for examined in (None, Findings(not_applicable="no displacement")):
+    for examined in (None, LawFindings(not_applicable="no displacement")):
         found = combine(chosen, examined, STANDARD)
         assert (found.verdict, found.named, found.ambiguous) == ("ambiguous", ("c",), (("a", "b"),))
         assert not found.law_is_open and not found.difference
 
 
 def test_an_effect_that_no_law_makes_is_named_where_the_base_taken_as_exact_explains_nothing() -> None:
-    found = combine(exact(), Findings(named=(effect("s"),)), STANDARD)
+    found = combine(exact(), LawFindings(named=(effect("s"),)), STANDARD)
     assert (found.verdict, found.named, found.ambiguous) == ("named", ("s",), ())
     assert found.law_is_open and not found.difference
 
 
 def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
-    nothing = Findings(broken=(broken(0.9),))
+    nothing = LawFindings(broken=(broken(0.9),))
     for verdict in ("ambiguous", "named"):
         found = combine(exact(verdict, "a"), nothing, STANDARD)
         assert (found.verdict, found.named, found.taken_back) == ("unexplained", (), True)
         assert "a would be there" in found.difference and not found.law_is_open
     found = combine(exact(), nothing, STANDARD)
     assert (found.verdict, found.taken_back, found.difference) == ("unexplained", False, "")
-    kept = combine(exact("named", "a", "b"), Findings(named=(effect("a"),)), STANDARD)
+    kept = combine(exact("named", "a", "b"), LawFindings(named=(effect("a"),)), STANDARD)
     assert (kept.verdict, kept.named) == ("named", ("a",)) and "b would take part" in kept.difference
 
 
@@ -62,7 +69,7 @@ def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
     "partners", [{"rivals": ("t",)}, {"alike": ("t",)}, {"rivals": ("t",), "alike": ("t",)}], ids=lambda p: "+".join(p)
 )
 def test_a_name_with_partners_is_a_set(partners: dict[str, tuple[str, ...]]) -> None:
-    found = combine(exact(), Findings(named=(effect("s", **partners), effect("u"))), STANDARD)
+    found = combine(exact(), LawFindings(named=(effect("s", **partners), effect("u"))), STANDARD)
     assert (found.verdict, found.named, found.ambiguous) == ("ambiguous", ("u",), (("s", "t"),))
     assert found.law_is_open
 
@@ -73,7 +80,7 @@ def test_what_breaks_the_same_invariance_beside_an_effect_makes_it_a_shadow() ->
         (0.6, Invariance.POSITION, True),
         (0.8, Invariance.TIME, True),
     ):
-        found = combine(exact(), Findings(named=(effect("s"),), broken=(broken(kept, invariance),)), STANDARD)
+        found = combine(exact(), LawFindings(named=(effect("s"),), broken=(broken(kept, invariance),)), STANDARD)
         assert (found.named == ("s",), found.verdict == "named") == (believed, believed)
         assert [s.name for s in found.shadows] == ([] if believed else ["s"])
         assert found.verdict == ("named" if believed else "unexplained")
@@ -81,10 +88,10 @@ def test_what_breaks_the_same_invariance_beside_an_effect_makes_it_a_shadow() ->
 
 def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
     proven = exact(proven=fit(5.0, "lag", "s"), taken_back=True)
-    found = combine(proven, Findings(named=(effect("s"),)), STANDARD)
+    found = combine(proven, LawFindings(named=(effect("s"),)), STANDARD)
     assert "lag would take part of the gap" in found.difference and " s " not in found.difference
-    assert not combine(proven, Findings(named=(effect("s"), effect("lag"))), STANDARD).difference
-    resolved = combine(exact("ambiguous", "a", ambiguous=(("a", "b"),)), Findings(named=(effect("a"),)), STANDARD)
+    assert not combine(proven, LawFindings(named=(effect("s"), effect("lag"))), STANDARD).difference
+    resolved = combine(exact("ambiguous", "a", ambiguous=(("a", "b"),)), LawFindings(named=(effect("a"),)), STANDARD)
     assert (resolved.verdict, resolved.named, resolved.difference) == ("named", ("a",), "")
 
 
@@ -120,10 +127,10 @@ def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(v
     assert worth_examining(chosen, Floors(1.0, False), STANDARD)
     assert not worth_examining(chosen, Floors(1.0, True), STANDARD)
     for left, believed in ((0.012, True), (0.020, False)):
-        errors = Errors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=left, open=0.01)
-        found = combine(chosen, Findings(errors=errors), STANDARD, noisy=True)
+        errors = LawErrors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=left, open=0.01)
+        found = combine(chosen, LawFindings(errors=errors), STANDARD, noisy=True)
         assert (found.verdict, found.taken_back) == ((verdict, False) if believed else ("unexplained", True))
-        open_ = combine(chosen, Findings(errors=errors, named=(effect("s"),)), STANDARD, noisy=True)
+        open_ = combine(chosen, LawFindings(errors=errors, named=(effect("s"),)), STANDARD, noisy=True)
         assert (open_.named == ("s",)) is not believed
 
 
@@ -131,9 +138,9 @@ def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(v
 def test_a_floor_that_was_guessed_cannot_say_that_nothing_is_missing(verdict: str) -> None:
     assert worth_examining(exact(verdict), Floors(1.0, False), STANDARD)
     assert not worth_examining(exact(verdict), Floors(1.0, True), STANDARD)
-    nothing = combine(exact(verdict), Findings(), STANDARD)
+    nothing = combine(exact(verdict), LawFindings(), STANDARD)
     assert (nothing.verdict, nothing.named) == (verdict, ())
-    assert combine(exact(verdict), Findings(named=(effect("s"),)), STANDARD).named == ("s",)
+    assert combine(exact(verdict), LawFindings(named=(effect("s"),)), STANDARD).named == ("s",)
 
 
 @pytest.mark.parametrize("verdict", ["none", "named", "ambiguous"])
@@ -150,12 +157,12 @@ def test_a_guessed_floor_in_line_with_those_measured_is_trusted_where_only_noise
 
 
 def test_other_laws_are_fitted_only_where_the_base_is_not_taken_as_exact() -> None:
-    believed = Findings(errors=Errors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=0.01, open=0.01))
+    believed = LawFindings(errors=LawErrors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=0.01, open=0.01))
     assert not combine(exact("named", "a"), believed, STANDARD, noisy=True).law_may_be_off
-    assert not combine(exact("none"), Findings(), STANDARD).law_may_be_off
-    assert combine(exact("none"), Findings(named=(effect("s"),)), STANDARD).law_may_be_off
-    assert combine(exact("named", "a"), Findings(), STANDARD).law_may_be_off
-    assert combine(exact(), Findings(), STANDARD).law_may_be_off
+    assert not combine(exact("none"), LawFindings(), STANDARD).law_may_be_off
+    assert combine(exact("none"), LawFindings(named=(effect("s"),)), STANDARD).law_may_be_off
+    assert combine(exact("named", "a"), LawFindings(), STANDARD).law_may_be_off
+    assert combine(exact(), LawFindings(), STANDARD).law_may_be_off
 
 
 NAMES = st.sampled_from(["a", "b", "c", "d"])
@@ -174,7 +181,7 @@ def test_every_name_is_in_one_place_and_the_verdict_says_which(
         effect(n, breaks, rivals=tuple(r for r in rivals if r not in named) if k == 0 else ())
         for k, n in enumerate(named)
     )
-    found = combine(exact(), Findings(named=effects, broken=tuple(broken(k, i) for i, k in rows)), STANDARD)
+    found = combine(exact(), LawFindings(named=effects, broken=tuple(broken(k, i) for i, k in rows)), STANDARD)
     sets = {n for group in found.ambiguous for n in group}
     shadows = {s.name for s in found.shadows}
     assert not set(found.named) & sets and not shadows & ({*found.named} | sets)

@@ -10,7 +10,7 @@ import pytest
 
 from mrfit.discover.bench import build_bench, effects_for
 from mrfit.discover.contributions import contributions
-from mrfit.discover.evidence import Fit, Join, Screening
+from mrfit.discover.evidence import EffectScreening, Fit, Join
 from mrfit.discover.refit import Refit
 from mrfit.discover.select import Selection
 from mrfit.fit.select import load_recordings
@@ -51,7 +51,7 @@ def gathering(tmp_path_factory: pytest.TempPathFactory) -> Any:
 def test_the_force_of_a_planted_mass_is_what_the_measurement_leaves_without_it(gathering: Any) -> None:
     base = Fit(0, (), 9.0, 9.0)
     proven = Fit(1, ("inertia",), 5.0, 5.0)
-    chosen = Selection(base, base, proven, Screening(base), taken_back=True)
+    chosen = Selection(base, base, proven, EffectScreening(base), taken_back=True)
     columns = contributions(gathering, chosen, [suspect("inertia")])
     assert set(columns) == {"with inertia", "without inertia"} and not gathering.asked
     force = columns["with inertia"] - columns["without inertia"]
@@ -71,7 +71,7 @@ def test_the_force_of_a_planted_mass_is_what_the_measurement_leaves_without_it(g
 
 def test_an_effect_that_could_stand_instead_is_shown_in_the_fit_it_stands_in(gathering: Any) -> None:
     base, final = Fit(0, (), 9.0, 9.0), Fit(1, ("inertia",), 5.0, 5.0)
-    chosen = Selection(base, final, final, Screening(base), ambiguous=(("inertia", "delay"),))
+    chosen = Selection(base, final, final, EffectScreening(base), ambiguous=(("inertia", "delay"),))
     columns = contributions(gathering, chosen, [suspect("inertia"), suspect("delay")])
     assert [q.effects for q in gathering.asked] == [("delay",)]
     assert set(columns) == {"with inertia", "without inertia", "with delay", "without delay"}

@@ -9,17 +9,17 @@ import pytest
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.combine import combine
-from mrfit.discover.evidence import Screening
+from mrfit.discover.evidence import EffectScreening
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
     Confounded,
-    Errors,
-    Findings,
+    EffectSignificance,
+    LawErrorPlace,
+    LawErrors,
+    LawFindings,
     LawGap,
     NamedEffect,
     Parameter,
-    Place,
-    Standing,
     TurnedDown,
 )
 from mrfit.discover.laws import near_the_floor, worth_telling
@@ -39,25 +39,25 @@ SPRING = NamedEffect(
     "gas-spring", Invariance.POSITION, "short-memory",
     (Parameter("k_g", "N/m", 9030.0, 8940.0, 9120.0), Parameter("c", "1/m", 0.0, None, None)),
     Parameter("largest force", "N", 135.0, 130.0, 140.0), False,
-    Standing(share=0.99, kept=0.98, held=0.97, size=0.05, z=50.0, left=0.2, improved=1.0),
+    EffectSignificance(share=0.99, kept=0.98, held=0.97, size=0.05, z=50.0, left=0.2, improved=1.0),
 )  # fmt: skip
 LAG = replace(
     SPRING, name="current-lag", breaks=Invariance.CURRENT, tier="current-at-once", alike=("delay",),
     parameters=(Parameter("tau", "s", 0.02, 0.018, 0.022),),
 )  # fmt: skip
 PLACES = (
-    Place("travel", 0.0, 0.0016, "m", 0.75, 0.2),
-    Place("travel", 0.0016, 0.02, "m", 0.25, 0.8),
-    Place("speed", 0.0, 0.1, "m/s", 0.5, 0.5),
+    LawErrorPlace("travel", 0.0, 0.0016, "m", 0.75, 0.2),
+    LawErrorPlace("travel", 0.0016, 0.02, "m", 0.25, 0.8),
+    LawErrorPlace("speed", 0.0, 0.1, "m/s", 0.5, 0.5),
 )
 # errors 5 4 3 of noise 0: of 25 parts the law has 9, effects 7 and neither 9
-FOUND = Findings(
+FOUND = LawFindings(
     named=(SPRING,),
     turned_down=(
         TurnedDown("inertia", Invariance.MEMORY, "takes only 1%", 0.01, Parameter("m", "kg", 0.4, None, None)),
     ),
     confounded=(Confounded("stribeck", "it breaks no invariance: any law may have it", "slow strokes"),),
-    errors=Errors(0.05, 0.04, 0.03, 0.0),
+    errors=LawErrors(0.05, 0.04, 0.03, 0.0),
     law_gap=LawGap(0.03, 0.36, PLACES),
     travel=0.003,
     time=0.01,
@@ -74,10 +74,10 @@ EXACT = DiscoveryFile.of(
     }
 )  # fmt: skip
 BASE = fit(20.0)
-CHOSEN = Selection(BASE, BASE, BASE, Screening(BASE), verdict="unexplained")
+CHOSEN = Selection(BASE, BASE, BASE, EffectScreening(BASE), verdict="unexplained")
 
 
-def told(examined: Findings, chosen: Selection = CHOSEN) -> DiscoveryFile:
+def told(examined: LawFindings, chosen: Selection = CHOSEN) -> DiscoveryFile:
     return with_examination(EXACT, combine(chosen, examined, STANDARD), examined, "force", STANDARD)
 
 
@@ -182,7 +182,7 @@ def test_what_is_taken_back_stands_as_a_suspect_and_the_model_is_the_base_again(
         }
     )  # fmt: skip
     final = fit(6.0, "stribeck")
-    chosen = Selection(BASE, final, final, Screening(BASE), verdict="named")
+    chosen = Selection(BASE, final, final, EffectScreening(BASE), verdict="named")
     nothing = replace(FOUND, named=())
     found = with_examination(named, combine(chosen, nothing, STANDARD), nothing, "force", STANDARD)
     assert (found.verdict, found.effects, found.augmented_model) == ("unexplained", (), "bingham")
@@ -193,7 +193,7 @@ def test_what_is_taken_back_stands_as_a_suspect_and_the_model_is_the_base_again(
 
 
 def test_what_cannot_be_examined_changes_nothing_but_says_so() -> None:
-    found = told(Findings(not_applicable="no displacement"))
+    found = told(LawFindings(not_applicable="no displacement"))
     assert (found.verdict, found.law_gap) == ("unexplained", None)
     assert found.invariance is not None and found.invariance.not_applicable == "no displacement"
     assert found.ways is not None and found.ways.agree and found.ways.invariances.verdict == "insufficient-data"

@@ -11,7 +11,7 @@ from mrfit.core.progress import silent
 from mrfit.discover.bench import build_bench
 from mrfit.discover.duels import Inquiry, duel, judge
 from mrfit.discover.evidence import Fit, Join, Try, refit
-from mrfit.discover.gather import Gathering
+from mrfit.discover.gather import SimulatedEvidence
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Fitter
@@ -29,7 +29,7 @@ def inquiry_of(folder: Path, mass: float, drag: float) -> Inquiry:
     segments, _ = study.read_segments()
     bench = build_bench(segments, load_recordings(study, segments), assemble("tanh"), EFFECTS)
     fitter = Fitter(bench, "tanh", None, {}, {}, lambda effects, point: None)
-    gathering = Gathering(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)
+    gathering = SimulatedEvidence(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)
     return Inquiry(gathering, STANDARD, gathering.screen(gathering.base))
 
 
@@ -56,7 +56,7 @@ def test_a_rival_that_ended_in_a_local_minimum_is_fitted_again_from_where_it_sta
 ) -> None:
     inquiry = inquiry_of(tmp_path, mass=12.0, drag=0.0)
     gathering, base = inquiry.source, inquiry.base
-    assert isinstance(gathering, Gathering)
+    assert isinstance(gathering, SimulatedEvidence)
     poor = {**base.values, "inertia.m": 1.0}
     cube = gathering.fitter.cube(["inertia"])
     gathering.fitter.known["inertia",] = cube.to_points(np.array([[poor[p.name] for p in cube.params]]))[0]

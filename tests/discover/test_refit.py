@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrfit.core import registry
-from mrfit.discover.evidence import Effect, Fit
+from mrfit.discover.evidence import Fit, LibraryEffect
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Refit, paired_z
 from mrfit.discover.rules import limits
@@ -26,7 +26,7 @@ def ended(found: Refit, rival: str) -> int:
     (effect,) = found.effects
     row = Fit(0, found.effects, 1.0, 1.0, shapes={effect: found.shapes(effect)})
     parameters = frozenset(p.name for p in registry.load("effect", rival).SPEC.params)
-    return limits(row, effect, Effect(rival, parameters=parameters), STANDARD)
+    return limits(row, effect, LibraryEffect(rival, parameters=parameters), STANDARD)
 
 
 def test_a_stribeck_velocity_at_its_bound_is_the_limit_of_coulomb_friction() -> None:

@@ -13,8 +13,15 @@ from mrfit.core.specs import Invariance
 from mrfit.discover import laws, looks, rules
 from mrfit.discover.bench import build_bench
 from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
-from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening, Try
-from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
+from mrfit.discover.evidence import Candidate, Contrast, EffectScreening, Growth, LibraryEffect, Repetition, Try
+from mrfit.discover.invariance.findings import (
+    BrokenInvariance,
+    EffectSignificance,
+    LawErrors,
+    LawFindings,
+    NamedEffect,
+    Parameter,
+)
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.regions import Region, beyond_training, in_words
 from mrfit.discover.select import Selection, decide
@@ -94,13 +101,13 @@ def proof(before: float, after: float, strength: float = 50.0, score: float = 50
 
 
 def alike(cosine: float) -> Rule:
-    screening = Screening(fit(1.0), (Candidate("a"), Candidate("b")), ((1.0, cosine), (cosine, 1.0)))
+    screening = EffectScreening(fit(1.0), (Candidate("a"), Candidate("b")), ((1.0, cosine), (cosine, 1.0)))
     return lambda p: screening.alike("a", p.alike) == {"b"}
 
 
 def ended(place: float, rival: str = "none") -> Rule:
     return lambda p: (
-        rules.limits(fit(1.0, "a", a={"v": place}), "a", Effect("b", frozenset(), frozenset({rival})), p) > 0
+        rules.limits(fit(1.0, "a", a={"v": place}), "a", LibraryEffect("b", frozenset(), frozenset({rival})), p) > 0
     )
 
 
@@ -157,7 +164,7 @@ def of_parameters(count: int) -> Rule:
 
 def _selected(after: float, before: float) -> Selection:
     base, final = fit(before), fit(after, "a")
-    return Selection(base, final, final, Screening(base), verdict="named")
+    return Selection(base, final, final, EffectScreening(base), verdict="named")
 
 
 def left_open(after: float, before: float) -> Rule:
@@ -170,19 +177,19 @@ def above_the_floor(after: float, measured: bool = True) -> Rule:
 
 def as_good_as_a_law(exact: float) -> Rule:
     """Whether what is named beside an exact base is believed, though a law of open form was examined."""
-    examined = Findings(errors=Errors(None, 0.02, 0.01, 0.001, exact=exact, open=0.01))
+    examined = LawFindings(errors=LawErrors(None, 0.02, 0.01, 0.001, exact=exact, open=0.01))
     chosen = _selected(1.1, 10.0)
     return lambda p: combine(chosen, examined, p, noisy=True).named == ("a",)
 
 
 def in_the_shadow(kept: float) -> Rule:
     rows = (BrokenInvariance(Invariance.POSITION, kept, kept, 0.1),)
-    proof_of = Standing(0.9, 0.9, 0.9, 0.1, 20.0, 0.1, 1.0)
+    proof_of = EffectSignificance(0.9, 0.9, 0.9, 0.1, 20.0, 0.1, 1.0)
     force = Parameter("largest force", "N", 1.0, 0.9, 1.1)
     effects = (NamedEffect("a", Invariance.POSITION, "short-memory", (), force, False, proof_of),)
     base = fit(10.0)
-    chosen = Selection(base, base, base, Screening(base), verdict="unexplained")
-    return lambda p: bool(combine(chosen, Findings(named=effects, broken=rows), p).shadows)
+    chosen = Selection(base, base, base, EffectScreening(base), verdict="unexplained")
+    return lambda p: bool(combine(chosen, LawFindings(named=effects, broken=rows), p).shadows)
 
 
 CASES: dict[str, tuple[Rule, Rule]] = {

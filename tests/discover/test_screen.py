@@ -11,7 +11,7 @@ from mrfit.core.progress import silent
 from mrfit.core.specs import EffectSpec
 from mrfit.discover.bench import build_bench
 from mrfit.discover.evidence import Join, refit
-from mrfit.discover.gather import Gathering, gather
+from mrfit.discover.gather import SimulatedEvidence, gather
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Fitter
 from mrfit.discover.screen import cosines, present_basis, screen, unjudgeable
@@ -35,8 +35,8 @@ def fitter(tmp_path_factory: pytest.TempPathFactory) -> Fitter:
     return found
 
 
-def gathering(fitter: Fitter) -> Gathering:
-    return Gathering(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)
+def gathering(fitter: Fitter) -> SimulatedEvidence:
+    return SimulatedEvidence(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)
 
 
 def test_the_hidden_effect_could_take_most_and_its_first_step_is_about_its_size(fitter: Fitter) -> None:

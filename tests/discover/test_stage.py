@@ -14,7 +14,7 @@ import mrfit.segment.stage
 from mrfit.core.progress import silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.discover import stage
-from mrfit.discover.account import Asked
+from mrfit.discover.account import DiscoveryRequest
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.stage import Currents, Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
@@ -210,7 +210,7 @@ def test_another_law_is_taken_as_exact_only_near_the_floor_and_within_the_time(
     monkeypatch.setattr(stage, "with_another_base", lambda told, again: again)
     laws = [SimpleNamespace(model=m, near_the_floor=near and m == "guo") for m in ("tanh", "guo")]
     data = Dataset([SimpleNamespace(samples=samples)], {})  # type: ignore[list-item]
-    job = stage._Job(Workspace(Path()), Settings("bingham", "1"), data, Asked("bingham", 0, "", "k"), silent)
+    job = stage._Job(Workspace(Path()), Settings("bingham", "1"), data, DiscoveryRequest("bingham", 0, "", "k"), silent)
     told: Any = SimpleNamespace(other_laws=laws)
     found: Any = stage._with_another_base(job, told)
     assert tried == ["guo"] * asked and (found is told) == (not asked)
@@ -282,7 +282,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
     )
     monkeypatch.setattr(stage, "series_of", lambda *_: {})
     monkeypatch.setattr(stage, "worth_examining", lambda *_: False)
-    asked = Asked("tanh", 0, "", "k")
+    asked = DiscoveryRequest("tanh", 0, "", "k")
     job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), asked, silent)
     found: Any = stage._discovered(job).found
     assert tried == list(words) and found.verdict == words[taken]

@@ -4,7 +4,7 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Join, Repetition, Screening, Try
+from mrfit.discover.evidence import Candidate, EffectScreening, Fit, Growth, Join, LibraryEffect, Repetition, Try
 
 UNCLEAR, CLEAR = 0.1, 50.0
 
@@ -59,9 +59,12 @@ class World:
         return sorted({e for effects in self.errors for e in effects} | set(self.unseen))
 
     @property
-    def library(self) -> dict[str, Effect]:
+    def library(self) -> dict[str, LibraryEffect]:
         """Effects with their aliases and the names of their shapes."""
-        return {n: Effect(n, frozenset(self.aliases.get(n, ())), frozenset(self.shapes.get(n, {}))) for n in self.names}
+        return {
+            n: LibraryEffect(n, frozenset(self.aliases.get(n, ())), frozenset(self.shapes.get(n, {})))
+            for n in self.names
+        }
 
     @property
     def base(self) -> Fit:
@@ -75,7 +78,7 @@ class World:
         shapes = {e: self.shapes[e] for e in sorted(own) if e in self.shapes}
         return Fit(hash((tuple(sorted(own)), error)), tuple(sorted(own)), error, error, {}, shapes)
 
-    def ask_screening(self) -> Screening:
+    def ask_screening(self) -> EffectScreening:
         """Return the first screening."""
         return self._screening(self.base)
 
@@ -86,7 +89,7 @@ class World:
             own = (*one.present.effects, one.candidate.name) if isinstance(one, Try) else one.effects
             yield self.fitted(own)
 
-    def screen(self, present: Fit) -> Screening:
+    def screen(self, present: Fit) -> EffectScreening:
         """Return the screening at a fit."""
         self.asked.append(("screen", present))
         return self._screening(present)
@@ -128,7 +131,7 @@ class World:
         self.asked.append(("repetition", found))
         return self.repeating
 
-    def _screening(self, present: Fit) -> Screening:
+    def _screening(self, present: Fit) -> EffectScreening:
         names = [n for n in self.names if n not in present.effects]
         candidates = tuple(
             Candidate(n, "cannot be judged: no channel", shown=False)
@@ -143,4 +146,4 @@ class World:
             tuple(1.0 if a == b else self.cosines.get((a, b), self.cosines.get((b, a), 0.0)) for b in shown)
             for a in shown
         )
-        return Screening(present, tuple(sorted(candidates, key=lambda c: -c.gain)), cosines)
+        return EffectScreening(present, tuple(sorted(candidates, key=lambda c: -c.gain)), cosines)

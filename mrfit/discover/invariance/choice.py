@@ -15,11 +15,11 @@ from mrfit.core.specs import Invariance
 from mrfit.discover.invariance.findings import BrokenInvariance, Parameter
 from mrfit.discover.invariance.selection import (
     FULL,
-    Candidate,
-    Described,
+    EffectDescription,
+    LawCandidate,
+    LawScreening,
     LawSource,
-    Refined,
-    Screening,
+    RefinedEffect,
     State,
     both,
     decide,
@@ -37,17 +37,17 @@ from mrfit.discover.policy import STANDARD, Policy
 
 
 @dataclass(frozen=True)
-class Chosen:
+class LawSelection:
     """Effects that are there, with what was said of all that were refined, and of all by the last screening."""
 
     state: State = field(default_factory=dict)
-    found: tuple[Described, ...] = ()
+    found: tuple[EffectDescription, ...] = ()
     rivals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     reasons: Mapping[str, str] = field(default_factory=dict)
-    rows: Mapping[str, Refined] = field(default_factory=dict)
-    screened: Mapping[str, Candidate] = field(default_factory=dict)
+    rows: Mapping[str, RefinedEffect] = field(default_factory=dict)
+    screened: Mapping[str, LawCandidate] = field(default_factory=dict)
 
-    def without(self, name: str, reason: str) -> "Chosen":
+    def without(self, name: str, reason: str) -> "LawSelection":
         """Return the same with an effect taken out."""
         return replace(
             self,
@@ -61,14 +61,14 @@ def _without(state: State, name: str) -> State:
     return {n: t for n, t in state.items() if n != name}
 
 
-def choose(source: LawSource, policy: Policy) -> tuple[Chosen, tuple[BrokenInvariance, ...]]:
+def choose(source: LawSource, policy: Policy) -> tuple[LawSelection, tuple[BrokenInvariance, ...]]:
     """Return the effects that are there, and the invariances that something without a name breaks beside them."""
     return beside_unnamed(source, beside_longer_memory(source, chosen_effects(source, policy), policy), policy)
 
 
-def chosen_effects(source: LawSource, policy: Policy) -> Chosen:
+def chosen_effects(source: LawSource, policy: Policy) -> LawSelection:
     """Add effects one by one, or two at once where none alone is there, then judge all again."""
-    chosen = Chosen()
+    chosen = LawSelection()
     while len(chosen.state) < policy.most_named:
         screening = source.screen(chosen.state, chosen.state)
         chosen = replace(chosen, screened={**chosen.screened, **{c.name: c for c in screening.candidates}})
@@ -83,7 +83,7 @@ def chosen_effects(source: LawSource, policy: Policy) -> Chosen:
     return reassessed(source, chosen, policy)
 
 
-def add_effect(source: LawSource, chosen: Chosen, screening: Screening, policy: Policy) -> Chosen:
+def add_effect(source: LawSource, chosen: LawSelection, screening: LawScreening, policy: Policy) -> LawSelection:
     """Return what stands with the effect that leaves least, the same state where none has proof."""
     good, rest = worth_refining(screening.candidates, policy)
     state = chosen.state
@@ -100,7 +100,9 @@ def add_effect(source: LawSource, chosen: Chosen, screening: Screening, policy: 
     return replace(chosen, state=fits[outcome.winner].state, rivals=rivals)
 
 
-def add_effect_by_own_weights(source: LawSource, chosen: Chosen, screening: Screening, policy: Policy) -> Chosen:
+def add_effect_by_own_weights(
+    source: LawSource, chosen: LawSelection, screening: LawScreening, policy: Policy
+) -> LawSelection:
     """Return what stands with the effect that takes most by weights of its own, the same state where it has no proof.
 
     By the residual of the law alone, the conditions weigh least in which the effect is largest.
@@ -119,7 +121,7 @@ def add_effect_by_own_weights(source: LawSource, chosen: Chosen, screening: Scre
     return chosen
 
 
-def add_pair(source: LawSource, chosen: Chosen, screening: Screening, policy: Policy) -> Chosen:
+def add_pair(source: LawSource, chosen: LawSelection, screening: LawScreening, policy: Policy) -> LawSelection:
     """Return what stands with two effects at once, the same state where no two have proof."""
     for pair in worth_pairing(screening, policy):
         start = {**chosen.state, **dict(zip(pair.names, pair.thetas, strict=True))}
@@ -131,7 +133,7 @@ def add_pair(source: LawSource, chosen: Chosen, screening: Screening, policy: Po
     return chosen
 
 
-def reassessed(source: LawSource, chosen: Chosen, policy: Policy) -> Chosen:
+def reassessed(source: LawSource, chosen: LawSelection, policy: Policy) -> LawSelection:
     """Return what stands when every effect is judged beside all others, the weakest without proof taken out in turn."""
     if any(source.library[n].invariance is Invariance.POSITION for n in chosen.state):
         for name in [n for n in chosen.state if source.library[n].constant]:
@@ -162,7 +164,7 @@ def reassessed(source: LawSource, chosen: Chosen, policy: Policy) -> Chosen:
 
 
 @dataclass(frozen=True)
-class Swap:
+class EffectSwap:
     """A state with one effect instead of another, ``out``, none if all stand; and the rivals of each."""
 
     state: State
@@ -170,7 +172,9 @@ class Swap:
     rivals: dict[str, tuple[str, ...]]
 
 
-def _swapped(source: LawSource, weighed: State, state: State, rows: Sequence[Refined], policy: Policy) -> Swap:
+def _swapped(
+    source: LawSource, weighed: State, state: State, rows: Sequence[RefinedEffect], policy: Policy
+) -> EffectSwap:
     """Try other effects instead of each, beside all the others."""
     rivals: dict[str, tuple[str, ...]] = {}
     for row in rows:
@@ -180,14 +184,14 @@ def _swapped(source: LawSource, weighed: State, state: State, rows: Sequence[Ref
         outcome = decide([row, *(fit.described[0].row for fit in fits.values())], policy)
         rivals[row.name] = outcome.rivals
         if outcome.winner != row.name:
-            return Swap(fits[outcome.winner].state, row.name, rivals)
-    return Swap({}, "", rivals)
+            return EffectSwap(fits[outcome.winner].state, row.name, rivals)
+    return EffectSwap({}, "", rivals)
 
 
-def beside_longer_memory(source: LawSource, chosen: Chosen, policy: Policy) -> Chosen:
+def beside_longer_memory(source: LawSource, chosen: LawSelection, policy: Policy) -> LawSelection:
     """Return what stands where a law may remember for longer as well."""
     first, sizes = chosen, {d.row.name: d.row.standing.size for d in chosen.found}
-    again: dict[str, Described] = {}
+    again: dict[str, EffectDescription] = {}
     while chosen.state:
         names = tuple(chosen.state)
         fit = source.refit(chosen.state, chosen.state, names, FULL, True)
@@ -199,7 +203,7 @@ def beside_longer_memory(source: LawSource, chosen: Chosen, policy: Policy) -> C
     return replace(chosen, found=tuple(_widened(d, again[d.row.name], source.groups) for d in chosen.found))
 
 
-def _no_rival(source: LawSource, state: State, again: Described, size: float, policy: Policy) -> bool:
+def _no_rival(source: LawSource, state: State, again: EffectDescription, size: float, policy: Policy) -> bool:
     """Return whether a law of longer memory leaves more than the shorter with an effect, whose force it hardly bends.
 
     It has far more numbers than the effect: one that leaves more is not what makes the effect's force.
@@ -208,7 +212,7 @@ def _no_rival(source: LawSource, state: State, again: Described, size: float, po
     return longer > policy.no_rival * source.left(state) and stands_further(again.row, size, policy)
 
 
-def _widened(found: Described, again: Described, groups: int) -> Described:
+def _widened(found: EffectDescription, again: EffectDescription, groups: int) -> EffectDescription:
     """Return an effect with intervals that know how much its numbers differ beside a law of longer memory."""
     quantile = float(student.ppf(STANDARD.quantile, groups - 1))
 
@@ -222,7 +226,9 @@ def _widened(found: Described, again: Described, groups: int) -> Described:
     return replace(found, parameters=parameters, force=wider(found.force, again.force))
 
 
-def beside_unnamed(source: LawSource, chosen: Chosen, policy: Policy) -> tuple[Chosen, tuple[BrokenInvariance, ...]]:
+def beside_unnamed(
+    source: LawSource, chosen: LawSelection, policy: Policy
+) -> tuple[LawSelection, tuple[BrokenInvariance, ...]]:
     """Return the effects that stand beside flexible terms of the other invariances that are broken, and these."""
     while True:
         found = source.broken(chosen.state)
@@ -233,7 +239,7 @@ def beside_unnamed(source: LawSource, chosen: Chosen, policy: Policy) -> tuple[C
 
 
 def _first_taken(
-    source: LawSource, chosen: Chosen, found: Sequence[BrokenInvariance], policy: Policy
+    source: LawSource, chosen: LawSelection, found: Sequence[BrokenInvariance], policy: Policy
 ) -> tuple[str, str] | None:
     """Return the first effect that something without a name may have instead, and why."""
     for row in found:

@@ -15,7 +15,7 @@ import numpy as np
 from mrfit.core.specs import Array, Index
 from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import added, is_place, step_of
-from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD
 
 TINY = 1e-30
@@ -25,7 +25,7 @@ Free = tuple[str, int]
 
 
 @dataclass(frozen=True)
-class Table:
+class GramTable:
     """Gram matrices of [nuisance | effects | further columns | target], one a group.
 
     Attributes
@@ -141,7 +141,7 @@ def squares(gram: Array, coefficients: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Rows:
+class RegressionRows:
     """The rows of a regression at a state, per record: nuisance (n, p), and the target less what effects add (n,)."""
 
     law: list[Array]
@@ -150,7 +150,7 @@ class Rows:
     ends: tuple[int, ...]
 
 
-def rows_of(setting: Setting, state: State) -> Rows:
+def rows_of(setting: RegressionData, state: State) -> RegressionRows:
     """Return the rows at a state of the effects."""
     law, target = [], []
     ends: tuple[int, ...] = ()
@@ -162,10 +162,10 @@ def rows_of(setting: Setting, state: State) -> Rows:
             setting.targets[at] - setting.row_means(at, force_added(setting, at, state)) / setting.scales.span
         )
     unit = np.sqrt(sum(np.sum(p**2, axis=0) for p in law) / setting.rows) + STANDARD.law_jitter
-    return Rows([p / unit for p in law], target, unit, ends)
+    return RegressionRows([p / unit for p in law], target, unit, ends)
 
 
-def force_added(setting: Setting, at: int, state: State) -> Array:
+def force_added(setting: RegressionData, at: int, state: State) -> Array:
     """Return the force (L + N,) that the effects of a state add to a record."""
     total = np.zeros(len(setting.records[at].speed))
     for name, theta in state.items():
@@ -178,17 +178,21 @@ Extra = Sequence[Sequence[Array]]
 """Further columns, per record: (n,) each, over the range of the output."""
 
 
-def plain_table(setting: Setting, weights: Sequence[Array], state: State) -> Table:
+def plain_table(setting: RegressionData, weights: Sequence[Array], state: State) -> GramTable:
     """Return the Gram matrices of the nuisance alone: what the best law leaves beside effects that stay as they are."""
     rows = rows_of(setting, state)
     grams = _grams(setting, weights, rows, [[] for _ in setting.records])
     constant = not any(setting.known[n].constant for n in state)
-    return Table(grams, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
+    return GramTable(grams, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
 
 
 def table(
-    setting: Setting, weights: Sequence[Array], state: State, extra: Extra = (), rows: Rows | None = None
-) -> Table:
+    setting: RegressionData,
+    weights: Sequence[Array],
+    state: State,
+    extra: Extra = (),
+    rows: RegressionRows | None = None,
+) -> GramTable:
     """Return the Gram matrices at a state, further columns behind those of its effects.
 
     Parameters
@@ -207,7 +211,7 @@ def table(
     rows = rows or rows_of(setting, state)
     plain = _grams(setting, weights, rows, [[] for _ in setting.records])
     constant = not any(setting.known[n].constant for n in state)
-    first = Table(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
+    first = GramTable(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
     law = first.solve(first.total)[: first.size] / rows.unit
     free = tuple(
         (name, n)
@@ -223,10 +227,10 @@ def table(
     scales = np.array([np.sqrt(sum(np.sum(b[k] ** 2) for b in behind) / setting.rows) + TINY for k in range(count)])
     behind = [[c / s for c, s in zip(b, scales, strict=True)] for b in behind]
     grams = _grams(setting, weights, rows, behind) if count else plain
-    return Table(grams, rows.ends, free, scales, law, rows.unit, setting.rows, constant)
+    return GramTable(grams, rows.ends, free, scales, law, rows.unit, setting.rows, constant)
 
 
-def _free(setting: Setting, name: str, number: int, theta: Array) -> bool:
+def _free(setting: RegressionData, name: str, number: int, theta: Array) -> bool:
     """Return whether a number is fitted: strengths, and shapes that have a start, from screening or from a strength.
 
     A shape that is neutral at its start bends a force that is there: without strength it does nothing.
@@ -237,7 +241,9 @@ def _free(setting: Setting, name: str, number: int, theta: Array) -> bool:
     return started or ((effect.adds or effect.moves) and effect.value(theta) != 0.0)
 
 
-def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Sequence[Sequence[Array]]) -> Array:
+def _grams(
+    setting: RegressionData, weights: Sequence[Array], rows: RegressionRows, behind: Sequence[Sequence[Array]]
+) -> Array:
     size = rows.law[0].shape[1] + len(behind[0]) + 1
     grams = np.zeros((setting.count, size, size))
     for law, target, own, weight, group in zip(rows.law, rows.target, behind, weights, setting.groups, strict=True):
@@ -252,7 +258,7 @@ def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Seque
     return grams
 
 
-def derivative(setting: Setting, at: int, state: State, free: Free, law: Array) -> Array:
+def derivative(setting: RegressionData, at: int, state: State, free: Free, law: Array) -> Array:
     """Return the derivative (n,) of a record's force by one of an effect's numbers, over the range of the output."""
     name, number = free
     effect, theta, record = setting.known[name], state[name], setting.records[at]
@@ -269,7 +275,7 @@ def derivative(setting: Setting, at: int, state: State, free: Free, law: Array) 
     return setting.row_means(at, force_of_law(setting, at, after, law) - force_of_law(setting, at, before, law)) / width
 
 
-def force_of_law(setting: Setting, at: int, state: State, law: Array) -> Array:
+def force_of_law(setting: RegressionData, at: int, state: State, law: Array) -> Array:
     """Return the force (L + N,) of a law with coefficients (p,) behind the effects of a state, over the range."""
     force = setting.law(at, state).values @ law
     passed: Array = setting.passed(at, state, force[:, None])[:, 0]
@@ -277,15 +283,17 @@ def force_of_law(setting: Setting, at: int, state: State, law: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class LawRefinement:
     """A state of the effects at its best numbers, the table there, and its squared error."""
 
     state: State
-    table: Table
+    table: GramTable
     left: float
 
 
-def refine(setting: Setting, weights: Sequence[Array], state: Mapping[str, Array], level: int = FULL) -> Fitted:
+def refine(
+    setting: RegressionData, weights: Sequence[Array], state: Mapping[str, Array], level: int = FULL
+) -> LawRefinement:
     """Return effects with their best numbers, by Levenberg and Marquardt's steps."""
     best, current, damping = _fitted(setting, weights, state, level), dict(state), STANDARD.damping
     for _ in range(STANDARD.refine_rounds):
@@ -306,13 +314,13 @@ def refine(setting: Setting, weights: Sequence[Array], state: Mapping[str, Array
     return best
 
 
-def _fitted(setting: Setting, weights: Sequence[Array], state: State, level: int) -> Fitted:
+def _fitted(setting: RegressionData, weights: Sequence[Array], state: State, level: int) -> LawRefinement:
     made = table(setting, weights, state)
     # the law is refitted beside effects that stay where they are
-    return Fitted(state, made, squares(made.total, made.solve(made.total, level, effects=0)))
+    return LawRefinement(state, made, squares(made.total, made.solve(made.total, level, effects=0)))
 
 
-def _damped_step(made: Table, level: int, damping: float) -> Array:
+def _damped_step(made: GramTable, level: int, damping: float) -> Array:
     """Return the step (E,) of the effects' numbers beside a nuisance that follows."""
     count = len(made.free)
     weights = made.beside(made.size + np.arange(count), level, effects=0)
@@ -322,7 +330,7 @@ def _damped_step(made: Table, level: int, damping: float) -> Array:
     return step
 
 
-def _moved(setting: Setting, state: State, free: Sequence[Free], steps: Array) -> tuple[dict[str, Array], float]:
+def _moved(setting: RegressionData, state: State, free: Sequence[Free], steps: Array) -> tuple[dict[str, Array], float]:
     """Return a state after steps of its numbers, and the largest relative change."""
     new, most = dict(state), 0.0
     for (name, number), step in zip(free, steps, strict=True):

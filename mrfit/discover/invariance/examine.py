@@ -13,13 +13,13 @@ import numpy as np
 from mrfit.core.protocols import Effect
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import Base, none
-from mrfit.discover.invariance.choice import Chosen, choose
+from mrfit.discover.invariance.choice import LawSelection, choose
 from mrfit.discover.invariance.estimate import table
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
-    Confounded,
-    Errors,
-    Findings,
+    ConfoundedEffect,
+    LawErrors,
+    LawFindings,
     NamedEffect,
     Parameter,
     Tier,
@@ -29,9 +29,9 @@ from mrfit.discover.invariance.law_gap import law_gap
 from mrfit.discover.invariance.owned import lawful, owns
 from mrfit.discover.invariance.records import Record, with_steady_currents
 from mrfit.discover.invariance.regression import Regression, arrays
-from mrfit.discover.invariance.selection import Described, LawSource, State
-from mrfit.discover.invariance.sensitivity import Examined, examined, missing
-from mrfit.discover.invariance.setting import Setting, setting_of
+from mrfit.discover.invariance.selection import EffectDescription, LawSource, State
+from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined, missing
+from mrfit.discover.invariance.setting import RegressionData, setting_of
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
 from mrfit.discover.policy import STANDARD, Policy
 
@@ -51,7 +51,7 @@ def examine(
     effects: Sequence[Effect],
     policy: Policy = STANDARD,
     exact: Sequence[Array] = (),
-) -> Findings:
+) -> LawFindings:
     """Return which effects are there whatever the law is, and how far the law of a base is off.
 
     Parameters
@@ -68,7 +68,7 @@ def examine(
         What a model taken as exact leaves, per record (N,); empty for no such model.
     """
     if not records:
-        return Findings(not_applicable="no records")
+        return LawFindings(not_applicable="no records")
     records = with_steady_currents(records)
     base = base or none(records)
     able, confounded = _able(records, base, effects, policy)
@@ -76,7 +76,9 @@ def examine(
     setting = setting_of(records, base.terms, able, policy)
     columns = setting.law(0, {}).ends[-1]
     if setting.rows < policy.rows_for_a_column * columns:
-        return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
+        return LawFindings(
+            not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart"
+        )
     further = setting_of(records, base.terms, able, policy, policy.longer_memory)
     regression = Regression(setting, further, policy)
     chosen, unnamed = choose(regression, policy)
@@ -87,12 +89,12 @@ def examine(
     made = table(setting, weights, state)
     after = rms(residuals(setting, state, made))
     gap = law_gap(setting, base.response, state, made, (alone, after))
-    return Findings(
+    return LawFindings(
         named=tuple(_named(setting, d, chosen.rivals.get(d.row.name, ())) for d in chosen.found),
         turned_down=tuple(_turned_down(setting, chosen)),
         confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
         broken=_broken(regression, unnamed, chosen.state),
-        errors=Errors(
+        errors=LawErrors(
             _base_error(setting, base.response),
             alone,
             after,
@@ -108,7 +110,7 @@ def examine(
 
 def _able(
     records: Sequence[Record], base: Base, effects: Sequence[Effect], policy: Policy
-) -> tuple[list[Examined], list[Confounded]]:
+) -> tuple[list[ExaminedEffect], list[ConfoundedEffect]]:
     """Return the effects that can be tested, and why others cannot."""
     channels = frozenset.intersection(*(frozenset(r.channels) for r in records))
     spans = {
@@ -120,7 +122,9 @@ def _able(
     for module in effects:
         effect, spec = examined(module), module.SPEC
         if effect is None:
-            confounded.append(Confounded(spec.name, "it breaks no invariance: any law may have it", spec.experiment))
+            confounded.append(
+                ConfoundedEffect(spec.name, "it breaks no invariance: any law may have it", spec.experiment)
+            )
             continue
         why = missing(effect, channels, spans)
         if not why and effect.moves and not any(r.moves for r in records):
@@ -128,13 +132,13 @@ def _able(
         if not why and owns(base, records, effect, policy):
             why = "the base has it itself"
         if why:
-            confounded.append(Confounded(spec.name, why, spec.experiment))
+            confounded.append(ConfoundedEffect(spec.name, why, spec.experiment))
         else:
             able.append(effect)
     return able, confounded
 
 
-def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Examined]) -> Base:
+def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[ExaminedEffect]) -> Base:
     """Return a base without terms that an effect would be lost in."""
     if not base.terms[0].shape[1]:
         return base
@@ -148,7 +152,7 @@ def _broken(source: LawSource, found: tuple[BrokenInvariance, ...], state: State
     return tuple(b for b in found if b.invariance in still)
 
 
-def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> NamedEffect:
+def _named(setting: RegressionData, found: EffectDescription, rivals: tuple[str, ...]) -> NamedEffect:
     effect = setting.known[found.row.name]
     parameters: tuple[Parameter, ...] = found.parameters
     return NamedEffect(
@@ -164,7 +168,7 @@ def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> Named
     )
 
 
-def _turned_down(setting: Setting, chosen: Chosen) -> list[TurnedDown]:
+def _turned_down(setting: RegressionData, chosen: LawSelection) -> list[TurnedDown]:
     return [
         TurnedDown(
             name=name,
@@ -179,20 +183,20 @@ def _turned_down(setting: Setting, chosen: Chosen) -> list[TurnedDown]:
     ]
 
 
-def _strength(effect: Examined, theta: Sequence[float]) -> Parameter:
+def _strength(effect: ExaminedEffect, theta: Sequence[float]) -> Parameter:
     param = effect.of(0)
     return Parameter(param.name, param.unit, effect.value(np.array(theta)), None, None)
 
 
-def _no_sensitivity(setting: Setting, chosen: Chosen, policy: Policy) -> list[Confounded]:
+def _no_sensitivity(setting: RegressionData, chosen: LawSelection, policy: Policy) -> list[ConfoundedEffect]:
     return [
-        Confounded(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
+        ConfoundedEffect(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
         for name, c in chosen.screened.items()
         if c.left < policy.sensitivity_left
     ]
 
 
-def _exact_error(setting: Setting, left: Sequence[Array]) -> float | None:
+def _exact_error(setting: RegressionData, left: Sequence[Array]) -> float | None:
     """Return the RMS over the range of what a model leaves, on the rows of the regression."""
     if not left:
         return None
@@ -200,7 +204,7 @@ def _exact_error(setting: Setting, left: Sequence[Array]) -> float | None:
     return rms([setting.row_means(at, own) for at, own in enumerate(whole)]) / setting.scales.span
 
 
-def _base_error(setting: Setting, response: Sequence[Array]) -> float | None:
+def _base_error(setting: RegressionData, response: Sequence[Array]) -> float | None:
     if not response:
         return None
     parts = []

@@ -22,7 +22,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Standing:
+class EffectSignificance:
     """How clearly an effect shows beside the best law.
 
     Attributes
@@ -80,7 +80,7 @@ class NamedEffect:
     parameters: tuple[Parameter, ...]
     force: Parameter
     common: bool
-    standing: Standing
+    standing: EffectSignificance
     rivals: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
 
@@ -110,11 +110,11 @@ class TurnedDown:
     reason: str
     share: float
     strength: Parameter
-    standing: Standing | None = None
+    standing: EffectSignificance | None = None
 
 
 @dataclass(frozen=True)
-class Confounded:
+class ConfoundedEffect:
     """An effect that the law, or the base, could make as well on these data.
 
     Attributes
@@ -153,7 +153,7 @@ class BrokenInvariance:
 
 
 @dataclass(frozen=True)
-class Errors:
+class LawErrors:
     """Root mean square errors over the range of the output, on means over a few samples.
 
     Attributes
@@ -179,7 +179,7 @@ class Errors:
 
 
 @dataclass(frozen=True)
-class Place:
+class LawErrorPlace:
     """A part of the samples and the share of the law's squared error that lies there.
 
     Attributes
@@ -216,11 +216,11 @@ class LawGap:
 
     error: float
     share: float
-    where: tuple[Place, ...] = ()
+    where: tuple[LawErrorPlace, ...] = ()
 
 
 @dataclass(frozen=True)
-class Findings:
+class LawFindings:
     """All that an examination finds.
 
     Attributes
@@ -240,9 +240,9 @@ class Findings:
     not_applicable: str = ""
     named: tuple[NamedEffect, ...] = ()
     turned_down: tuple[TurnedDown, ...] = ()
-    confounded: tuple[Confounded, ...] = ()
+    confounded: tuple[ConfoundedEffect, ...] = ()
     broken: tuple[BrokenInvariance, ...] = ()
-    errors: Errors = field(default_factory=lambda: Errors(None, 0.0, 0.0, 0.0))
+    errors: LawErrors = field(default_factory=lambda: LawErrors(None, 0.0, 0.0, 0.0))
     law_gap: LawGap | None = None
     travel: float = 0.0
     time: float = 0.0

@@ -9,19 +9,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from mrfit.core.specs import Array, Invariance
-from mrfit.discover.invariance.estimate import Table, force_of_law, squares, table
+from mrfit.discover.invariance.estimate import GramTable, force_of_law, squares, table
 from mrfit.discover.invariance.findings import BrokenInvariance
-from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.kernels.filters import lag
 
 TINY = 1e-300
 
-Terms = Callable[[Setting, int, State, Array], list[Array]]
+Terms = Callable[[RegressionData, int, State, Array], list[Array]]
 """Forces (L + N,) of one record that break an invariance, beside the force of the law (L + N,)."""
 
 
-def _position(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
+def _position(setting: RegressionData, at: int, state: State, law: Array) -> list[Array]:
     record, scales = setting.records[at], setting.scales
     x, slow = (
         (record.place - setting.middle) / scales.travel,
@@ -33,19 +33,19 @@ def _position(setting: Setting, at: int, state: State, law: Array) -> list[Array
     return [x, x * slow, x**2, x**3, x * law, x**2 * law, *waves, *gains]
 
 
-def _oddness(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
+def _oddness(setting: RegressionData, at: int, state: State, law: Array) -> list[Array]:
     record, scales = setting.records[at], setting.scales
     v, i = record.speed / scales.speed, record.control / scales.control
     even = [np.abs(np.tanh(v / s)) for s in STANDARD.even_steepness]
     return [*even, np.abs(v), v**2, *(e * i for e in even), i, law**2]
 
 
-def _time(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
+def _time(setting: RegressionData, at: int, state: State, law: Array) -> list[Array]:
     t = setting.records[at].channels["time"] / max(float(r.channels["time"][-1]) for r in setting.records)
     return [t, t**2, t * law, t**2 * law, np.sqrt(np.maximum(t, 0.0)) * law]
 
 
-def _warmth(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
+def _warmth(setting: RegressionData, at: int, state: State, law: Array) -> list[Array]:
     warmth = setting.records[at].warmth
     if warmth is None:
         return []
@@ -55,7 +55,7 @@ def _warmth(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     return [w * law, w**2 * law, w * v] if np.ptp(whole) > STANDARD.least_warming else []
 
 
-def _late(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
+def _late(setting: RegressionData, at: int, state: State, law: Array) -> list[Array]:
     """Return what currents that come late would change, by the law's slope to the current: all, and on the way down."""
     record = setting.records[at]
     if not any(r.moves for r in setting.records):
@@ -79,18 +79,20 @@ KINDS: dict[Invariance, Terms] = {
 }
 
 
-def columns_of(setting: Setting, state: State, invariance: Invariance, law: Sequence[Array]) -> list[list[Array]]:
+def columns_of(
+    setting: RegressionData, state: State, invariance: Invariance, law: Sequence[Array]
+) -> list[list[Array]]:
     """Return the rows (n,) of an invariance's flexible terms, per record; ``law`` is its force (L + N,) in each."""
     made = [KINDS[invariance](setting, at, state, force) for at, force in enumerate(law)]
     return [[setting.row_means(at, f) for f in own] for at, own in enumerate(made)]
 
 
-def forces_of(setting: Setting, state: State, law: Array) -> list[Array]:
+def forces_of(setting: RegressionData, state: State, law: Array) -> list[Array]:
     """Return the force (L + N,) of a law with coefficients (p,) in each record."""
     return [force_of_law(setting, at, state, law) for at in range(len(setting.records))]
 
 
-def broken(setting: Setting, weights: Sequence[Array], state: State, policy: Policy) -> list[BrokenInvariance]:
+def broken(setting: RegressionData, weights: Sequence[Array], state: State, policy: Policy) -> list[BrokenInvariance]:
     """Return the invariances that are broken by something beside the effects of a state, the clearest first."""
     law = forces_of(setting, state, table(setting, weights, state).law)
     found = []
@@ -104,7 +106,7 @@ def broken(setting: Setting, weights: Sequence[Array], state: State, policy: Pol
     return sorted(found, key=lambda b: -b.kept)
 
 
-def _judged(made: Table, extra: Sequence[Sequence[Array]], invariance: Invariance) -> BrokenInvariance:
+def _judged(made: GramTable, extra: Sequence[Sequence[Array]], invariance: Invariance) -> BrokenInvariance:
     """Return what further columns take together, from all groups and from the others."""
     count, behind = len(extra[0]), made.size + len(made.free)
     weights = made.beside(behind + np.arange(count))

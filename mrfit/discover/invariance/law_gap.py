@@ -6,15 +6,15 @@ import numpy as np
 
 from mrfit.core.channels import CONTROL, unit_of
 from mrfit.core.specs import Array
-from mrfit.discover.invariance.estimate import Table, rows_of
-from mrfit.discover.invariance.findings import LawGap, Place
-from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.invariance.estimate import GramTable, rows_of
+from mrfit.discover.invariance.findings import LawErrorPlace, LawGap
+from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.invariance.weights import rms
 from mrfit.discover.policy import STANDARD
 
 
 def law_gap(
-    setting: Setting, response: Sequence[Array], state: State, made: Table, errors: tuple[float, float]
+    setting: RegressionData, response: Sequence[Array], state: State, made: GramTable, errors: tuple[float, float]
 ) -> LawGap | None:
     """Return how far a base's law is off; None where its response is not known.
 
@@ -45,7 +45,7 @@ def law_gap(
     return LawGap(rms(differences), share, tuple(_where(setting, differences)))
 
 
-def _where(setting: Setting, differences: Sequence[Array]) -> list[Place]:
+def _where(setting: RegressionData, differences: Sequence[Array]) -> list[LawErrorPlace]:
     """Return where the squared difference lies, over travel, speed and current, the largest bin of each first."""
     scales, records = setting.scales, setting.records
     squared = np.concatenate([d**2 for d in differences])
@@ -61,12 +61,12 @@ def _where(setting: Setting, differences: Sequence[Array]) -> list[Place]:
             unit_of(CONTROL),
         ),
     )
-    found: list[Place] = []
+    found: list[LawErrorPlace] = []
     for name, values, edges, unit in kinds:
         at = np.concatenate([setting.row_means(k, v) for k, v in enumerate(values)])
         bins = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, len(edges) - 2)
         own = [
-            Place(name, float(edges[b]), float(min(edges[b + 1], at.max())), unit,
+            LawErrorPlace(name, float(edges[b]), float(min(edges[b + 1], at.max())), unit,
                   float(squared[bins == b].sum() / max(squared.sum(), 1e-300)), float(np.mean(bins == b)))
             for b in np.unique(bins)
         ]  # fmt: skip

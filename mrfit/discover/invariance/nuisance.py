@@ -98,7 +98,7 @@ def scales_of(records: Sequence[Record], horizon: float = 1.0) -> Scales:
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecordMotion:
     """Forces of one record's motion alone, (L + N, ·) each, before any current; see the levels above.
 
     ``since`` (N,) is the travel since the motion turned.
@@ -112,7 +112,7 @@ class Motion:
     since: Array
 
 
-def motion_of(record: Record, base: Array, scales: Scales) -> Motion:
+def motion_of(record: Record, base: Array, scales: Scales) -> RecordMotion:
     """Return what the motion of a record makes, beside the base's own terms (L + N, K)."""
     v, x = record.speed, record.place
     at = {
@@ -134,7 +134,7 @@ def motion_of(record: Record, base: Array, scales: Scales) -> Motion:
     travel = [zd * f for zd in z for f in (1.0, *(near[s] for s in STANDARD.travel_near))]
     travel += [stroke * z[k] * near[s] for k in STANDARD.stroke_lengths for s in STANDARD.stroke_near]
     travel += [middle * near[s] for s in STANDARD.place_near]
-    return Motion(
+    return RecordMotion(
         base=base,
         static=np.column_stack([v / scales.speed, *(at[s] for s in STANDARD.static_steepness)]),
         travel=np.column_stack(travel),
@@ -153,7 +153,7 @@ class Columns:
     ends: tuple[int, ...]
 
 
-def columns(motion: Motion, control: Array, dt: float, scales: Scales) -> Columns:
+def columns(motion: RecordMotion, control: Array, dt: float, scales: Scales) -> Columns:
     """Return the nuisance of a motion at a current (L + N,)."""
     powers = (control / scales.control)[:, None] ** np.arange(scales.order + 1)
     few = powers[:, : STANDARD.memory_powers + 1]

@@ -8,11 +8,11 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.base import Base
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.sensitivity import Examined, added
+from mrfit.discover.invariance.sensitivity import ExaminedEffect, added
 from mrfit.discover.policy import STANDARD, Policy
 
 
-def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy) -> bool:
+def owns(base: Base, records: Sequence[Record], effect: ExaminedEffect, policy: Policy) -> bool:
     """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms and a constant.
 
     A spring of the base is at rest somewhere else, and the law has a constant of its own.
@@ -37,7 +37,7 @@ def explained(terms: Array, force: Array) -> float:
     return 1.0 - float(np.sum((force - terms @ found) ** 2)) / power
 
 
-def lawful(base: Base, records: Sequence[Record], effects: Sequence[Examined], law: Sequence[Array]) -> Base:
+def lawful(base: Base, records: Sequence[Record], effects: Sequence[ExaminedEffect], law: Sequence[Array]) -> Base:
     """Return a base without the terms that break an invariance which the base has no effect of its own for.
 
     A term such as v + Omega*x, set free beside v, is a spring: what it has beyond the other forces of a law (``law``,

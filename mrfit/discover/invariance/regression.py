@@ -9,8 +9,8 @@ from mrfit.discover.invariance.estimate import plain_table, refine, table
 from mrfit.discover.invariance.findings import BrokenInvariance
 from mrfit.discover.invariance.generic import broken, columns_of, forces_of
 from mrfit.discover.invariance.screening import contribution, level_of, screened
-from mrfit.discover.invariance.selection import LawFit, Screening, State, TestedEffect
-from mrfit.discover.invariance.setting import Setting
+from mrfit.discover.invariance.selection import LawFit, LawScreening, State, TestedEffect
+from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.invariance.standing import described, scatter
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
 from mrfit.discover.policy import Policy
@@ -29,13 +29,13 @@ class Regression:
         The thresholds of an invariance that is broken.
     """
 
-    def __init__(self, setting: Setting, further: Setting, policy: Policy) -> None:
+    def __init__(self, setting: RegressionData, further: RegressionData, policy: Policy) -> None:
         self._settings, self._policy = (setting, further), policy
         self.library = {n: TestedEffect(e.breaks.invariance, level_of(e), e.constant) for n, e in setting.known.items()}
         self.groups = further.count
         self._weights: dict[tuple[object, ...], list[Array]] = {}
 
-    def screen(self, state: State, weighed: State) -> Screening:
+    def screen(self, state: State, weighed: State) -> LawScreening:
         """Return what each effect, and every two, could add to a state."""
         return screened(self._settings[0], self._weighed(weighed, False), arrays(state))
 
@@ -72,7 +72,7 @@ def arrays(state: State) -> Mapping[str, Array]:
 
 
 def beside(
-    setting: Setting, weights: Sequence[Array], state: Mapping[str, Array], name: str, invariance: Invariance
+    setting: RegressionData, weights: Sequence[Array], state: Mapping[str, Array], name: str, invariance: Invariance
 ) -> tuple[float, float]:
     """Return the share of an effect beside the flexible terms of an invariance, and its standard errors."""
     effect = setting.known[name]

@@ -6,21 +6,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core.specs import Array, Index, Invariance
-from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, plain_table, rows_of, table
-from mrfit.discover.invariance.selection import FULL, TIME, Candidate, Pair, Screening
-from mrfit.discover.invariance.sensitivity import Examined, added, moved, starts
-from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.invariance.estimate import (
+    GramTable,
+    derivative,
+    force_added,
+    force_of_law,
+    plain_table,
+    rows_of,
+    table,
+)
+from mrfit.discover.invariance.selection import FULL, TIME, EffectPair, LawCandidate, LawScreening
+from mrfit.discover.invariance.sensitivity import ExaminedEffect, added, moved, starts
+from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD
 
 
 @dataclass(frozen=True)
-class _Tried:
-    effect: Examined
+class _ScreenedStart:
+    effect: ExaminedEffect
     theta: Array
     offset: bool
 
 
-def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screening:
+def screened(setting: RegressionData, weights: Sequence[Array], state: State) -> LawScreening:
     """Return the best start of every effect that is not there yet, and pairs of them; what could take most first."""
     rows = rows_of(setting, state)
     plain = table(setting, weights, state, rows=rows)
@@ -30,13 +38,13 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screen
         for theta in starts(effect, setting.scales, setting.middle):
             own = _column(setting, state, effect, theta, plain.law, slopes)
             if any(np.any(c) for c in own):
-                tried.append(_Tried(effect, theta, not effect.constant))
+                tried.append(_ScreenedStart(effect, theta, not effect.constant))
                 columns.append(own)
     if not tried:
-        return Screening()
+        return LawScreening()
     extra = [[c[at] for c in columns] for at in range(len(setting.records))]
     made = table(setting, weights, state, extra, rows)
-    best: dict[str, Candidate] = {}
+    best: dict[str, LawCandidate] = {}
     for level in (FULL, TIME):
         for offset in (True, False):
             chosen = [k for k, t in enumerate(tried) if level_of(t.effect) == level and t.offset is offset]
@@ -45,10 +53,10 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screen
                     best[row.name] = row
     best |= {n: _profiled(setting, weights, state, c) for n, c in best.items() if setting.known[n].moves}
     candidates = sorted(best.values(), key=lambda c: -c.rank)
-    return Screening(tuple(candidates), tuple(_pairs(setting, made, tried, candidates)))
+    return LawScreening(tuple(candidates), tuple(_pairs(setting, made, tried, candidates)))
 
 
-def _profiled(setting: Setting, weights: Sequence[Array], state: State, candidate: Candidate) -> Candidate:
+def _profiled(setting: RegressionData, weights: Sequence[Array], state: State, candidate: LawCandidate) -> LawCandidate:
     """Return a candidate that moves the current with the share that it takes with the law refitted at its best start.
 
     A law that was fitted at another current knows too little of its slope to it.
@@ -66,7 +74,9 @@ def _profiled(setting: Setting, weights: Sequence[Array], state: State, candidat
     return replace(candidate, share=share, theta=start, wrong=False, left=left)
 
 
-def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: Sequence[Candidate]) -> list[Pair]:
+def _pairs(
+    setting: RegressionData, made: GramTable, tried: Sequence[_ScreenedStart], candidates: Sequence[LawCandidate]
+) -> list[EffectPair]:
     """Return what every two effects that the law leaves something of could take together, the most first."""
     able = [c for c in candidates if c.left >= STANDARD.pair_left and not setting.known[c.name].constant]
     places = np.array([c.tried for c in able], dtype=np.int64)
@@ -89,22 +99,22 @@ def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: S
                 _start(e, tried[able[k].tried], s) for e, k, s in zip(effects, (a, b), scaled, strict=True)
             )
             share = float(steps @ cross / max(gram[-1, -1], 1e-30))
-            found.append(Pair((able[a].name, able[b].name), share, (first, second)))
+            found.append(EffectPair((able[a].name, able[b].name), share, (first, second)))
     return sorted(found, key=lambda p: -p.share)
 
 
-def _wrong(effect: Examined, step: float) -> bool:
+def _wrong(effect: ExaminedEffect, step: float) -> bool:
     """Return whether a strength of this sign is not physical, or not the effect's."""
     sign = effect.breaks.sign
     return (sign != 0 and step * sign < 0.0) or (effect.moves and step < 0.0)
 
 
-def _start(effect: Examined, tried: _Tried, step: float) -> tuple[float, ...]:
+def _start(effect: ExaminedEffect, tried: _ScreenedStart, step: float) -> tuple[float, ...]:
     theta = tried.theta if effect.moves else effect.at(tried.theta, 0, step)
     return tuple(theta.tolist())
 
 
-def _lacking(setting: Setting, state: State) -> list[Examined]:
+def _lacking(setting: RegressionData, state: State) -> list[ExaminedEffect]:
     """Return the effects that may join.
 
     One current moved by two effects is more than records can tell; beside a force of the place, whose origin is free, a
@@ -118,17 +128,19 @@ def _lacking(setting: Setting, state: State) -> list[Examined]:
     ]
 
 
-def of_place(effect: Examined) -> bool:
+def of_place(effect: ExaminedEffect) -> bool:
     """Return whether an effect is a force of the place."""
     return effect.breaks.invariance is Invariance.POSITION
 
 
-def level_of(effect: Examined) -> int:
+def level_of(effect: ExaminedEffect) -> int:
     """Return the highest level of the nuisance beside which an effect can be told."""
     return FULL if effect.breaks.relaxation else TIME
 
 
-def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Index, level: int) -> list[Candidate]:
+def _judged(
+    setting: RegressionData, made: GramTable, tried: Sequence[_ScreenedStart], places: Index, level: int
+) -> list[LawCandidate]:
     if not tried:
         return []
     behind = made.size + len(made.free)
@@ -146,11 +158,11 @@ def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Inde
             float(cross[k] ** 2 / max(own[k], 1e-30) / max(target, 1e-30)) if left > STANDARD.no_sensitivity else 0.0
         )
         start = _start(one.effect, one, step)
-        found.append(Candidate(one.effect.name, share, left, start, _wrong(one.effect, step), int(places[k])))
+        found.append(LawCandidate(one.effect.name, share, left, start, _wrong(one.effect, step), int(places[k])))
     return found
 
 
-def _slopes(setting: Setting, state: State, law: Array) -> list[Array | None]:
+def _slopes(setting: RegressionData, state: State, law: Array) -> list[Array | None]:
     """Return every record's slope of the law to the current (L + N,), None where it does not move."""
     found: list[Array | None] = []
     for at, record in enumerate(setting.records):
@@ -165,7 +177,12 @@ def _slopes(setting: Setting, state: State, law: Array) -> list[Array | None]:
 
 
 def _column(
-    setting: Setting, state: State, effect: Examined, theta: Array, law: Array, slopes: Sequence[Array | None]
+    setting: RegressionData,
+    state: State,
+    effect: ExaminedEffect,
+    theta: Array,
+    law: Array,
+    slopes: Sequence[Array | None],
 ) -> list[Array]:
     """Return what an effect would add at unit strength (one that moves the current: at its own), per record (n,)."""
     found = []
@@ -185,7 +202,7 @@ def _column(
     return found
 
 
-def contribution(setting: Setting, state: State, name: str, law: Array) -> list[Array]:
+def contribution(setting: RegressionData, state: State, name: str, law: Array) -> list[Array]:
     """Return what one effect of a state adds to the force, law held, per record (n,), over the range.
 
     Where the effect moves the current, the law without it is taken at currents that the law was fitted at: a field that
@@ -206,13 +223,13 @@ def contribution(setting: Setting, state: State, name: str, law: Array) -> list[
     return found
 
 
-def _seen(setting: Setting, state: State) -> tuple[float, float]:
+def _seen(setting: RegressionData, state: State) -> tuple[float, float]:
     """Return the range of the current that the law sees."""
     currents = [setting.records[at].measured(setting.control(at, state)) for at in range(len(setting.records))]
     return min(float(c.min()) for c in currents), max(float(c.max()) for c in currents)
 
 
-def early(setting: Setting, state: State, law: Array) -> list[Array]:
+def early(setting: RegressionData, state: State, law: Array) -> list[Array]:
     """Return what a record that is early by one second would add, to first order, per record (n,)."""
     found = []
     for at, record in enumerate(setting.records):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.invariance.findings import BrokenInvariance, Parameter, Standing
+from mrfit.discover.invariance.findings import BrokenInvariance, EffectSignificance, Parameter
 from mrfit.discover.policy import Policy
 
 # Levels of the nuisance
@@ -13,7 +13,7 @@ TRAVEL, TIME, FULL = 2, 3, 4
 
 
 @dataclass(frozen=True)
-class Candidate:
+class LawCandidate:
     """What screening says of an effect.
 
     Attributes
@@ -46,7 +46,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Pair:
+class EffectPair:
     """Two effects that could take more together than either alone: opposed, each hides the other.
 
     Attributes
@@ -65,15 +65,15 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Screening:
+class LawScreening:
     """What screening says of every effect, and of pairs, those that could take most first."""
 
-    candidates: tuple[Candidate, ...] = ()
-    pairs: tuple[Pair, ...] = ()
+    candidates: tuple[LawCandidate, ...] = ()
+    pairs: tuple[EffectPair, ...] = ()
 
 
 @dataclass(frozen=True)
-class Refined:
+class RefinedEffect:
     """An effect refined beside those that are there already.
 
     Attributes
@@ -97,7 +97,7 @@ class Refined:
     """
 
     name: str
-    standing: Standing
+    standing: EffectSignificance
     error: float
     sign: bool = True
     early: float = 0.0
@@ -107,10 +107,10 @@ class Refined:
 
 
 @dataclass(frozen=True)
-class Described:
+class EffectDescription:
     """An effect of a state: the row that is decided on, its parameters and its largest force with intervals."""
 
-    row: Refined
+    row: RefinedEffect
     parameters: tuple[Parameter, ...]
     force: Parameter
 
@@ -124,7 +124,7 @@ class LawFit:
     """The best law beside effects at their best numbers, and how clearly those that were asked for show."""
 
     state: State
-    described: tuple[Described, ...]
+    described: tuple[EffectDescription, ...]
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class LawSource(Protocol):
     def groups(self) -> int:
         """Number of groups of samples from which an error is told."""
 
-    def screen(self, state: State, weighed: State) -> Screening:
+    def screen(self, state: State, weighed: State) -> LawScreening:
         """Return what each effect, and every two, could add to a state."""
 
     def refit(self, start: State, weighed: State, names: Sequence[str], level: int, longer: bool = False) -> LawFit:
@@ -177,7 +177,7 @@ class LawSource(Protocol):
         """Return share and standard errors of an effect beside the flexible terms of an invariance."""
 
 
-def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[list[Candidate], list[Candidate]]:
+def worth_refining(candidates: Sequence[LawCandidate], policy: Policy) -> tuple[list[LawCandidate], list[LawCandidate]]:
     """Return the candidates to refine, the one that could take most first, and those that are turned down at once."""
     ordered = sorted(candidates, key=lambda c: -c.rank)
     least = policy.worth_refining * policy.share
@@ -185,7 +185,7 @@ def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[lis
     return good, [c for c in ordered if c not in good]
 
 
-def worth_pairing(screening: Screening, policy: Policy) -> list[Pair]:
+def worth_pairing(screening: LawScreening, policy: Policy) -> list[EffectPair]:
     """Return the pairs to refine where no effect alone is there: together they take more than both alone."""
     alone = {c.name: c.rank for c in screening.candidates}
     return [
@@ -195,12 +195,12 @@ def worth_pairing(screening: Screening, policy: Policy) -> list[Pair]:
     ][: policy.most_law_pairs]
 
 
-def both(rows: Sequence[Refined], policy: Policy) -> bool:
+def both(rows: Sequence[RefinedEffect], policy: Policy) -> bool:
     """Return whether two effects stand beside each other without objection."""
     return all(not objection(row, policy) for row in rows)
 
 
-def screened_out(candidate: Candidate, policy: Policy) -> str:
+def screened_out(candidate: LawCandidate, policy: Policy) -> str:
     """Return why a candidate is not refined."""
     if candidate.left < policy.sensitivity_left:
         return "the law may have it"
@@ -209,7 +209,7 @@ def screened_out(candidate: Candidate, policy: Policy) -> str:
     return f"takes only {candidate.share:.0%} of what no law makes"
 
 
-def looks_early(row: Refined, policy: Policy) -> bool:
+def looks_early(row: RefinedEffect, policy: Policy) -> bool:
     """Return whether a record that is early cannot be told from an effect.
 
     It takes much less, or less and nothing of its own beside the effect.
@@ -219,7 +219,7 @@ def looks_early(row: Refined, policy: Policy) -> bool:
     return row.early > policy.early_at_most or row.beyond > policy.early_beyond
 
 
-def objection(row: Refined, policy: Policy) -> str:
+def objection(row: RefinedEffect, policy: Policy) -> str:
     """Return why a refined effect is not there; empty if it is."""
     s = row.standing
     reasons = (
@@ -235,7 +235,7 @@ def objection(row: Refined, policy: Policy) -> str:
     return next((text for fails, text in reasons if fails), "")
 
 
-def _clear(s: Standing, policy: Policy) -> float:
+def _clear(s: EffectSignificance, policy: Policy) -> float:
     """Return the standard errors that are asked for: fewer of what takes nearly all, on conditions left out too.
 
     Where one condition tells most of an effect, its strength without that one scatters, though it is there as well.
@@ -243,28 +243,28 @@ def _clear(s: Standing, policy: Policy) -> float:
     return policy.clear_of_nearly_all if _takes_most(s, policy) else policy.law_clear
 
 
-def _share(s: Standing, policy: Policy) -> float:
+def _share(s: EffectSignificance, policy: Policy) -> float:
     """Return the share that is asked for: less of what is plain, beside a law that leaves much else unexplained."""
     return policy.share_if_plain if s.z >= policy.plain else policy.share
 
 
-def _takes_most(s: Standing, policy: Policy) -> bool:
+def _takes_most(s: EffectSignificance, policy: Policy) -> bool:
     return min(s.share, s.kept) >= policy.nearly_all
 
 
-def worth_weighing(row: Refined, policy: Policy) -> bool:
+def worth_weighing(row: RefinedEffect, policy: Policy) -> bool:
     """Return whether an effect without proof deserves weights of its own: it takes enough, where it was fitted."""
     s = row.standing
     return row.sign and s.left >= policy.sensitivity_left and s.share >= policy.share and not looks_early(row, policy)
 
 
-def stands_weighed(row: Refined, policy: Policy) -> bool:
+def stands_weighed(row: RefinedEffect, policy: Policy) -> bool:
     """Return whether an effect stands by weights of its own, which favour it: it has to take nearly all."""
     return _takes_most(row.standing, policy) and not objection(row, policy)
 
 
 @dataclass(frozen=True)
-class Round:
+class RefinementRound:
     """What one round of refinements decides: the effect to add, or none, its rivals, and why others are not there."""
 
     winner: str
@@ -272,7 +272,7 @@ class Round:
     reasons: tuple[tuple[str, str], ...]
 
 
-def decide(rows: Sequence[Refined], policy: Policy) -> Round:
+def decide(rows: Sequence[RefinedEffect], policy: Policy) -> RefinementRound:
     """Return the effect that leaves least among those without objection; rivals leave hardly more.
 
     One with fewer numbers wins over it where it leaves as little.
@@ -280,21 +280,21 @@ def decide(rows: Sequence[Refined], policy: Policy) -> Round:
     reasons = tuple((r.name, objection(r, policy)) for r in rows)
     good = sorted((r for r, (_, why) in zip(rows, reasons, strict=True) if not why), key=lambda r: r.error)
     if not good:
-        return Round("", (), reasons)
+        return RefinementRound("", (), reasons)
     near = [r for r in good if r.error <= policy.simpler_error * good[0].error]
     winner = min(near, key=lambda r: r.numbers)
     rivals = tuple(r.name for r in good if r is not winner and r.error < policy.rival_error * winner.error)
-    return Round(winner.name, rivals, reasons)
+    return RefinementRound(winner.name, rivals, reasons)
 
 
-def worth_a_swap(candidates: Sequence[Candidate], present: Refined, policy: Policy) -> list[Candidate]:
+def worth_a_swap(candidates: Sequence[LawCandidate], present: RefinedEffect, policy: Policy) -> list[LawCandidate]:
     """Return the candidates to refine instead of an effect that is there, with everything else."""
     least = policy.swap_share * present.standing.share
     good = [c for c in candidates if c.left >= policy.sensitivity_left and c.name != present.name and c.rank >= least]
     return sorted(good, key=lambda c: -c.rank)[: policy.most_law_pairs]
 
 
-def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
+def weakest(rows: Sequence[RefinedEffect], policy: Policy) -> tuple[str, str]:
     """Return the effect with an objection that takes least beside the others, and the objection; empty if none has.
 
     Its force has to be told, too: between laws that leave as little it may be anything where one of them imitates it.
@@ -307,7 +307,7 @@ def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
     return row.name, why
 
 
-def _unsure(row: Refined, policy: Policy) -> str:
+def _unsure(row: RefinedEffect, policy: Policy) -> str:
     return f"its force is told to ± {row.unsure:.0%} only" if row.unsure > policy.unsure else ""
 
 
@@ -318,7 +318,7 @@ def beside_longer_memory(policy: Policy) -> Policy:
     return replace(policy, **asked, **{"unsure": policy.unsure / policy.further})
 
 
-def stands_further(row: Refined, before: float, policy: Policy) -> bool:
+def stands_further(row: RefinedEffect, before: float, policy: Policy) -> bool:
     """Return whether a law of longer memory leaves an effect its force, also on conditions left out.
 
     ``before`` is the size of its force beside a law of shorter memory.
@@ -327,7 +327,7 @@ def stands_further(row: Refined, before: float, policy: Policy) -> bool:
     return row.sign and s.kept >= policy.further * policy.kept and abs(1.0 - s.size / before) <= policy.force_drifts
 
 
-def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:
+def lost(rows: Sequence[RefinedEffect], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:
     """Return the effect that does not hold where a law may remember for longer, and why; empty if all hold.
 
     Parameters

@@ -21,7 +21,7 @@ from mrfit.kernels.theta import plain
 
 
 @dataclass(frozen=True)
-class Examined:
+class ExaminedEffect:
     """An effect that breaks an invariance, as it is tested.
 
     Attributes
@@ -86,7 +86,7 @@ class Examined:
         return float(theta[self.numbers[number][0]])
 
 
-def examined(module: Effect) -> Examined | None:
+def examined(module: Effect) -> ExaminedEffect | None:
     """Return an effect as it is tested; None if it breaks no invariance, or in a slot that no law is open to."""
     spec = module.SPEC
     if spec.breaks is None or spec.slot == "loop":
@@ -94,10 +94,10 @@ def examined(module: Effect) -> Examined | None:
     strengths = tuple(k for k, p in enumerate(spec.params) if p.role != "shape")
     shapes = tuple((k,) for k, p in enumerate(spec.params) if p.role == "shape")
     first = (strengths,) if spec.slot == "theta" else tuple((k,) for k in strengths)
-    return Examined(module, (*first, *shapes))
+    return ExaminedEffect(module, (*first, *shapes))
 
 
-def starts(effect: Examined, scales: Scales, middle: float) -> Iterator[Array]:
+def starts(effect: ExaminedEffect, scales: Scales, middle: float) -> Iterator[Array]:
     """Yield the parameters (Q,) at which an effect is screened, ``middle`` the middle of the longest stroke."""
     neutral = np.array(effect.spec.neutral)
     shapes = [n for n in range(1, len(effect.numbers)) if effect.of(n).role == "shape"]
@@ -141,21 +141,21 @@ def _middles(scales: Scales, middle: float) -> tuple[float, ...]:
     return tuple(middle + m * scales.travel for m in STANDARD.screened_middles)
 
 
-def added(effect: Examined, record: Record, theta: Array) -> Array:
+def added(effect: ExaminedEffect, record: Record, theta: Array) -> Array:
     """Return the force that an effect adds, (L + N,)."""
     made = cast(AddsTerm, effect.module).term if effect.spec.slot == "add" else cast(ErrsInRecord, effect.module).error
     term: Array = made(dict(record.channels), theta[None], record.dt)[0]
     return term
 
 
-def moved(effect: Examined, record: Record, control: Array, theta: Array) -> Array:
+def moved(effect: ExaminedEffect, record: Record, control: Array, theta: Array) -> Array:
     """Return the current that the law sees, (L + N,), of the one before the effect."""
     channels = {**record.channels, CONTROL: plain(control)}
     found: Array = cast(ChangesInput, effect.module).transform(channels, theta, record.dt)[CONTROL]
     return found
 
 
-def factor(effect: Examined, record: Record, theta: Array) -> Array:
+def factor(effect: ExaminedEffect, record: Record, theta: Array) -> Array:
     """Return what an effect multiplies the law by, (L + N,): the mean over its roles, which share one strength."""
     found = cast(ScalesParameters, effect.module).factors(record.channels, theta[None], record.dt)
     rows = [np.broadcast_to(f[0], record.speed.shape) for f in found.values()]
@@ -163,7 +163,7 @@ def factor(effect: Examined, record: Record, theta: Array) -> Array:
     return mean
 
 
-def changed(effect: Examined, record: Record, theta: Array, values: Array) -> Array:
+def changed(effect: ExaminedEffect, record: Record, theta: Array, values: Array) -> Array:
     """Return columns of force (L + N, p) as an effect of the slots ``theta`` and ``output`` lets them pass."""
     if effect.spec.slot == "theta":
         return values * factor(effect, record, theta)[:, None]
@@ -173,13 +173,13 @@ def changed(effect: Examined, record: Record, theta: Array, values: Array) -> Ar
     return found
 
 
-def step_of(effect: Examined, number: int, value: float) -> float:
+def step_of(effect: ExaminedEffect, number: int, value: float) -> float:
     """Return the step of a numerical derivative by one group of parameters."""
     param = effect.of(number)
     return STANDARD.derivative_step * (abs(value) if value else (param.high - param.low) * STANDARD.derivative_of_zero)
 
 
-def missing(effect: Examined, channels: frozenset[str], spans: Mapping[str, float]) -> str:
+def missing(effect: ExaminedEffect, channels: frozenset[str], spans: Mapping[str, float]) -> str:
     """Return why an effect cannot be judged: a channel is not there, or does not move; empty if it can."""
     lacking = [n for n in effect.spec.inputs if n not in channels]
     if lacking:

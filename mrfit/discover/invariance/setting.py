@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.discover.invariance.nuisance import Columns, Motion, Scales, columns, motion_of, scales_of
+from mrfit.discover.invariance.nuisance import Columns, RecordMotion, Scales, columns, motion_of, scales_of
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.sensitivity import Examined, changed, moved
+from mrfit.discover.invariance.sensitivity import ExaminedEffect, changed, moved
 from mrfit.discover.policy import STANDARD, Policy
 
 State = Mapping[str, Array]
@@ -16,7 +16,7 @@ State = Mapping[str, Array]
 
 
 @dataclass(frozen=True)
-class Setting:
+class RegressionData:
     """Records ready to be regressed.
 
     Attributes
@@ -37,11 +37,11 @@ class Setting:
 
     records: tuple[Record, ...]
     scales: Scales
-    motions: tuple[Motion, ...]
+    motions: tuple[RecordMotion, ...]
     every: tuple[int, ...]
     targets: tuple[Array, ...]
     groups: tuple[Index, ...]
-    known: Mapping[str, Examined]
+    known: Mapping[str, ExaminedEffect]
     _made: dict[tuple[int, bytes], Columns] = field(default_factory=dict, repr=False)
 
     @property
@@ -110,13 +110,17 @@ class Setting:
 
 
 def setting_of(
-    records: Sequence[Record], base: Sequence[Array], effects: Sequence[Examined], policy: Policy, horizon: float = 1.0
-) -> Setting:
+    records: Sequence[Record],
+    base: Sequence[Array],
+    effects: Sequence[ExaminedEffect],
+    policy: Policy,
+    horizon: float = 1.0,
+) -> RegressionData:
     """Return records ready to be regressed, with the base's own terms (L + N, K) of each."""
     scales = scales_of(records, horizon)
     every = tuple(_row(r) for r in records)
     targets = [_targets(r, k) / scales.span for r, k in zip(records, every, strict=True)]
-    return Setting(
+    return RegressionData(
         records=tuple(records),
         scales=scales,
         motions=tuple(motion_of(r, b, scales) for r, b in zip(records, base, strict=True)),

@@ -7,11 +7,11 @@ from scipy.stats import t as student
 
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
-from mrfit.discover.invariance.estimate import Fitted, Table, squares, table
-from mrfit.discover.invariance.findings import Parameter, Standing
+from mrfit.discover.invariance.estimate import GramTable, LawRefinement, squares, table
+from mrfit.discover.invariance.findings import EffectSignificance, Parameter
 from mrfit.discover.invariance.screening import contribution, early, level_of
-from mrfit.discover.invariance.selection import FULL, TIME, TRAVEL, Described, Refined
-from mrfit.discover.invariance.setting import Setting
+from mrfit.discover.invariance.selection import FULL, TIME, TRAVEL, EffectDescription, RefinedEffect
+from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.policy import STANDARD
 
 TINY = 1e-300
@@ -20,7 +20,7 @@ LARGEST = "largest force"
 LADDER = (TRAVEL, TIME, FULL)
 
 
-def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: str) -> Described:
+def described(setting: RegressionData, weights: Sequence[Array], fitted: LawRefinement, name: str) -> EffectDescription:
     """Return how clearly one effect of a state shows beside the others."""
     effect = setting.known[name]
     level = level_of(effect)
@@ -36,11 +36,11 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     ahead, beyond = _early(setting, weights, rest, name) if effect.breaks.early else (0.0, 0.0)
     parameters = _parameters(setting, fitted, name, level, offset)
     numbers = sum(n == name for n, _ in fitted.table.free)
-    row = Refined(name, standing, fitted.left, sign, ahead, beyond, numbers, share)
-    return Described(row, parameters, force)
+    row = RefinedEffect(name, standing, fitted.left, sign, ahead, beyond, numbers, share)
+    return EffectDescription(row, parameters, force)
 
 
-def adequate(made: Table, level: int, offset: bool | None = None, effects: int | None = None) -> list[int]:
+def adequate(made: GramTable, level: int, offset: bool | None = None, effects: int | None = None) -> list[int]:
     """Return the other levels of the nuisance that leave hardly more than one does: they could be the law as well."""
     gram = made.total
 
@@ -50,7 +50,7 @@ def adequate(made: Table, level: int, offset: bool | None = None, effects: int |
     return [k for k in LADDER if k != level and left(k) <= STANDARD.adequate * left(level)]
 
 
-def halves(made: Table, level: int, offset: bool | None = None) -> Array:
+def halves(made: GramTable, level: int, offset: bool | None = None) -> Array:
     """Return half the 95 % interval of every number (E,): scatter over groups, and differences between nuisances."""
     best, without = made.steps(level, offset), made.jackknife(level, offset)[0]
     others = adequate(made, level, offset) or [k for k in (TIME, FULL) if k != level][:1]
@@ -75,7 +75,9 @@ def scatter(without: Array) -> Array:
     return error
 
 
-def _parameters(setting: Setting, fitted: Fitted, name: str, level: int, offset: bool | None) -> tuple[Parameter, ...]:
+def _parameters(
+    setting: RegressionData, fitted: LawRefinement, name: str, level: int, offset: bool | None
+) -> tuple[Parameter, ...]:
     """Return an effect's parameters with intervals; those that were held have none."""
     effect, half, step = setting.known[name], halves(fitted.table, level, offset), fitted.table.steps(level, offset)
     found = {
@@ -100,8 +102,8 @@ def _parameters(setting: Setting, fitted: Fitted, name: str, level: int, offset:
 
 
 def _standing(
-    beside: Table, level: int, offset: bool | None, columns: Sequence[Array], held: Array
-) -> tuple[Standing, float]:
+    beside: GramTable, level: int, offset: bool | None, columns: Sequence[Array], held: Array
+) -> tuple[EffectSignificance, float]:
     """Return the standing of an effect whose force stands behind a table without it, and half its force's interval.
 
     The latter is a share of the force.
@@ -128,7 +130,7 @@ def _standing(
     most = max((differences[k] for k in adequate(beside, level, offset, count)), default=spread)
     half = student.ppf(STANDARD.quantile, len(beside.grams) - 1) * float(np.hypot(error, most)) / max(abs(best), TINY)
     half = float(np.hypot(half, STANDARD.accuracy))
-    standing = Standing(
+    standing = EffectSignificance(
         share=float(cross.sum() ** 2 / max(own.sum() * target.sum(), TINY)),
         kept=kept,
         held=typical_gain(before, held),
@@ -140,7 +142,7 @@ def _standing(
     return standing, half
 
 
-def _early(setting: Setting, weights: Sequence[Array], rest: dict[str, Array], name: str) -> tuple[float, float]:
+def _early(setting: RegressionData, weights: Sequence[Array], rest: dict[str, Array], name: str) -> tuple[float, float]:
     """Return what a record that is early takes beside the best law, over what an effect takes: alone, and beside it.
 
     The second is what it takes beside the effect, over what the effect takes beside it.

@@ -9,17 +9,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.discover.invariance.estimate import Table, rows_of, table
-from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.invariance.estimate import GramTable, rows_of, table
+from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD
 
 
-def equal(setting: Setting) -> list[Array]:
+def equal(setting: RegressionData) -> list[Array]:
     """Return weights of 1, per record (n,)."""
     return [np.ones(len(t)) for t in setting.targets]
 
 
-def weights_of(setting: Setting, state: State) -> list[Array]:
+def weights_of(setting: RegressionData, state: State) -> list[Array]:
     """Return weights of mean square 1, per record (n,), by what the best law with the effects of a state leaves."""
     made = table(setting, equal(setting), state)
     errors = residuals(setting, state, made)
@@ -37,12 +37,12 @@ def weights_of(setting: Setting, state: State) -> list[Array]:
     return [f / size for f in found]
 
 
-def _padded(setting: Setting, at: int) -> Array:
+def _padded(setting: RegressionData, at: int) -> Array:
     """Return the travel since a reversal (L + N,), 0 in the lead-in."""
     return np.concatenate([np.zeros(setting.records[at].lead), setting.motions[at].since])
 
 
-def residuals(setting: Setting, state: State, made: Table, level: int | None = None) -> list[Array]:
+def residuals(setting: RegressionData, state: State, made: GramTable, level: int | None = None) -> list[Array]:
     """Return what the best law with the effects of a state leaves, unweighted, per record (n,), over the range."""
     gram = made.total
     found = made.solve(gram, effects=0) if level is None else made.solve(gram, level, effects=0)

@@ -11,8 +11,8 @@ from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.estimate import refine, rows_of, squares, table
 from mrfit.discover.invariance.screening import screened
 from mrfit.discover.invariance.selection import FULL, TRAVEL
-from mrfit.discover.invariance.sensitivity import Examined, examined
-from mrfit.discover.invariance.setting import Setting, setting_of
+from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined
+from mrfit.discover.invariance.setting import RegressionData, setting_of
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
 from mrfit.discover.policy import STANDARD
 from tests.discover.invariance.specimens import HALF_STROKE, records
@@ -20,7 +20,7 @@ from tests.discover.invariance.specimens import HALF_STROKE, records
 STIFFNESS = 3e3
 
 
-def effect(name: str) -> Examined:
+def effect(name: str) -> ExaminedEffect:
     found = examined(load("effect", name))
     assert found is not None
     return found
@@ -30,12 +30,12 @@ def spring(channels: dict[str, Array], force: Array) -> Array:
     return force + STIFFNESS * channels["displacement"]
 
 
-def setting(*names: str, **made: object) -> Setting:
+def setting(*names: str, **made: object) -> RegressionData:
     rows = records(**made)  # type: ignore[arg-type]
     return setting_of(rows, none(rows).terms, [effect(n) for n in names], STANDARD)
 
 
-def whole(own: Setting, state: dict[str, Array]) -> tuple[Array, Array]:
+def whole(own: RegressionData, state: dict[str, Array]) -> tuple[Array, Array]:
     rows = rows_of(own, state)
     return np.vstack(rows.law), np.concatenate(rows.target)
 

@@ -11,14 +11,14 @@ from mrfit.core.specs import Array, Invariance
 from mrfit.discover.examined import not_applicable
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
-from mrfit.discover.invariance.findings import Findings
+from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.policy import STANDARD
 from mrfit.kernels.filters import lag, released
 from mrfit.simulate.assembly import assemble
 from tests.discover.invariance.specimens import DT, HALF_STROKE, Force, library, no_effect, records
 
 
-def found(effect: Force = no_effect, **more: object) -> Findings:
+def found(effect: Force = no_effect, **more: object) -> LawFindings:
     return examine(records(effect, **more), None, library())  # type: ignore[arg-type]
 
 

@@ -11,21 +11,21 @@ from scipy.stats import t as student
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.choice import Chosen, beside_longer_memory, choose, chosen_effects
+from mrfit.discover.invariance.choice import LawSelection, beside_longer_memory, choose, chosen_effects
 from mrfit.discover.invariance.estimate import refine, rows_of
 from mrfit.discover.invariance.generic import broken
 from mrfit.discover.invariance.regression import Regression, arrays
 from mrfit.discover.invariance.selection import LawSource
 from mrfit.discover.invariance.sensitivity import examined
-from mrfit.discover.invariance.setting import Setting, State, setting_of
+from mrfit.discover.invariance.setting import RegressionData, State, setting_of
 from mrfit.discover.invariance.standing import described
 from mrfit.discover.invariance.weights import weights_of
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.record import Reader, Recorder
+from mrfit.discover.record import EvidenceReader, EvidenceRecorder
 from tests.discover.invariance.specimens import HALF_STROKE, Force, records
 
 
-def setting(effect: Force, horizon: float = 1.0) -> Setting:
+def setting(effect: Force, horizon: float = 1.0) -> RegressionData:
     rows, own = records(effect), examined(load("effect", "gas-spring"))
     assert own is not None
     return setting_of(rows, none(rows).terms, [own], STANDARD, horizon)
@@ -52,16 +52,16 @@ def test_a_name_that_holds_with_twice_the_memory_stays_and_another_goes() -> Non
 
 
 def test_the_decision_from_the_recorded_answers_is_that_of_the_regression() -> None:
-    recorder = Recorder(regression(spring))
+    recorder = EvidenceRecorder(regression(spring))
     chosen = choose(cast(LawSource, recorder), STANDARD)
     assert set(chosen[0].state) == {"gas-spring"}
     evidence = recorder.evidence()
-    assert choose(cast(LawSource, Reader(evidence)), STANDARD) == chosen
+    assert choose(cast(LawSource, EvidenceReader(evidence)), STANDARD) == chosen
     with pytest.raises(LookupError, match="the evidence does not answer"):
-        choose(cast(LawSource, Reader(evidence)), replace(STANDARD, worth_refining=20.0))
+        choose(cast(LawSource, EvidenceReader(evidence)), replace(STANDARD, worth_refining=20.0))
 
 
-def left(of: Setting, state: State) -> float:
+def left(of: RegressionData, state: State) -> float:
     """Return the mean squared error of the best law, by a plain least squares fit."""
     rows = rows_of(of, state)
     law, target = np.vstack(rows.law), np.concatenate(rows.target)
@@ -95,7 +95,7 @@ def test_intervals_know_how_much_a_longer_memory_moves_a_value() -> None:
 
 
 def test_nothing_chosen_stays_nothing() -> None:
-    assert beside_longer_memory(regression(spring), Chosen(), STANDARD).state == {}
+    assert beside_longer_memory(regression(spring), LawSelection(), STANDARD).state == {}
 
 
 @pytest.mark.parametrize(("factor", "told"), [(0.99, True), (1.01, False)])

@@ -8,7 +8,7 @@ import pytest
 from mrfit.core.registry import load
 from mrfit.discover.invariance.base import Base, base_of, none
 from mrfit.discover.invariance.owned import explained, lawful, owns
-from mrfit.discover.invariance.sensitivity import Examined, examined
+from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined
 from mrfit.discover.invariance.setting import setting_of
 from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import assemble
@@ -16,7 +16,7 @@ from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.invariance.specimens import records
 
 
-def effect(name: str) -> Examined:
+def effect(name: str) -> ExaminedEffect:
     found = examined(load("effect", name))
     assert found is not None
     return found

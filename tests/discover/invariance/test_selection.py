@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from mrfit.discover.invariance.findings import Standing
+from mrfit.discover.invariance.findings import EffectSignificance
 from mrfit.discover.invariance.selection import (
-    Candidate,
-    Pair,
-    Refined,
-    Screening,
+    EffectPair,
+    LawCandidate,
+    LawScreening,
+    RefinedEffect,
     beside_longer_memory,
     both,
     decide,
@@ -27,11 +27,13 @@ from mrfit.discover.invariance.selection import (
 )
 from mrfit.discover.policy import STANDARD
 
-GOOD = Standing(share=0.6, kept=0.5, held=0.4, size=0.05, z=20.0, left=0.1, improved=1.0)
+GOOD = EffectSignificance(share=0.6, kept=0.5, held=0.4, size=0.05, z=20.0, left=0.1, improved=1.0)
 
 
-def row(name: str = "spring", error: float = 1.0, sign: bool = True, early: float = 0.0, **standing: float) -> Refined:
-    return Refined(name, replace(GOOD, **standing), error, sign, early)
+def row(
+    name: str = "spring", error: float = 1.0, sign: bool = True, early: float = 0.0, **standing: float
+) -> RefinedEffect:
+    return RefinedEffect(name, replace(GOOD, **standing), error, sign, early)
 
 
 def test_a_clear_effect_has_no_objection() -> None:
@@ -51,12 +53,12 @@ def test_a_clear_effect_has_no_objection() -> None:
 def test_each_threshold_fires_below_and_not_above(name: str, value: float) -> None:
     for factor, fires in ((0.999, True), (1.001, False)):
         standing = replace(GOOD, **{name: value * factor})
-        assert bool(objection(Refined("spring", standing, 1.0), STANDARD)) is fires
+        assert bool(objection(RefinedEffect("spring", standing, 1.0), STANDARD)) is fires
 
 
 @pytest.mark.parametrize(("factor", "goes"), [(1.01, "lag"), (0.99, "")])
 def test_beside_the_others_the_force_of_an_effect_has_to_be_told(factor: float, goes: str) -> None:
-    unsure = Refined("lag", GOOD, 1.0, unsure=STANDARD.unsure * factor)
+    unsure = RefinedEffect("lag", GOOD, 1.0, unsure=STANDARD.unsure * factor)
     assert not objection(unsure, STANDARD)
     assert weakest([row(), unsure], STANDARD)[0] == goes
     assert weakest([unsure], beside_longer_memory(STANDARD)) == ("", "")
@@ -126,23 +128,23 @@ def test_an_effect_with_an_objection_neither_wins_nor_rivals() -> None:
 def test_only_what_could_be_named_is_refined_and_no_more_than_a_few() -> None:
     least = STANDARD.worth_refining * STANDARD.share
     rows = [
-        Candidate("a", least * 1.01, 0.1), Candidate("b", least * 0.99, 0.1),
-        Candidate("c", 0.9, STANDARD.sensitivity_left * 0.9),
-        Candidate("d", 0.9, 0.1, wrong=True),
+        LawCandidate("a", least * 1.01, 0.1), LawCandidate("b", least * 0.99, 0.1),
+        LawCandidate("c", 0.9, STANDARD.sensitivity_left * 0.9),
+        LawCandidate("d", 0.9, 0.1, wrong=True),
     ]  # fmt: skip
     good, rest = worth_refining(rows, STANDARD)
     assert [c.name for c in good] == ["a"]
     assert {c.name for c in rest} == {"b", "c", "d"}
-    many = [Candidate(str(k), 0.5 + 0.01 * k, 0.1) for k in range(STANDARD.most_refined + 1)]
+    many = [LawCandidate(str(k), 0.5 + 0.01 * k, 0.1) for k in range(STANDARD.most_refined + 1)]
     good, rest = worth_refining(many, STANDARD)
     assert len(good) == STANDARD.most_refined
     assert [c.name for c in rest] == ["0"]
 
 
 def test_what_is_not_refined_is_told_why() -> None:
-    assert "law" in screened_out(Candidate("c", 0.9, STANDARD.sensitivity_left * 0.9), STANDARD)
-    assert "sign" in screened_out(Candidate("c", 0.9, 0.1, wrong=True), STANDARD)
-    assert "2%" in screened_out(Candidate("c", 0.02, 0.1), STANDARD)
+    assert "law" in screened_out(LawCandidate("c", 0.9, STANDARD.sensitivity_left * 0.9), STANDARD)
+    assert "sign" in screened_out(LawCandidate("c", 0.9, 0.1, wrong=True), STANDARD)
+    assert "2%" in screened_out(LawCandidate("c", 0.02, 0.1), STANDARD)
 
 
 def test_the_weakest_without_proof_goes_first() -> None:
@@ -151,18 +153,20 @@ def test_the_weakest_without_proof_goes_first() -> None:
 
 
 def test_a_pair_is_refined_only_if_it_takes_much_and_more_than_both_alone() -> None:
-    alone = (Candidate("a", 0.2, 0.1), Candidate("b", 0.2, 0.1))
+    alone = (LawCandidate("a", 0.2, 0.1), LawCandidate("b", 0.2, 0.1))
 
     def paired(share: float) -> int:
-        return len(worth_pairing(Screening(alone, (Pair(("a", "b"), share, ((1.0,), (1.0,))),)), STANDARD))
+        return len(worth_pairing(LawScreening(alone, (EffectPair(("a", "b"), share, ((1.0,), (1.0,))),)), STANDARD))
 
     least = max(STANDARD.pair_share, STANDARD.gain_of_pair * 0.4)
     assert paired(least * 1.01) == 1
     assert paired(least * 0.99) == 0
-    weak = Screening((Candidate("a", 0.0, 0.1), Candidate("b", 0.0, 0.1)), (Pair(("a", "b"), 0.39, ((), ())),))
+    weak = LawScreening(
+        (LawCandidate("a", 0.0, 0.1), LawCandidate("b", 0.0, 0.1)), (EffectPair(("a", "b"), 0.39, ((), ())),)
+    )
     assert not worth_pairing(weak, STANDARD)
-    many = tuple(Pair(("a", "b"), 0.9, ((), ())) for _ in range(STANDARD.most_law_pairs + 1))
-    assert len(worth_pairing(Screening(alone, many), STANDARD)) == STANDARD.most_law_pairs
+    many = tuple(EffectPair(("a", "b"), 0.9, ((), ())) for _ in range(STANDARD.most_law_pairs + 1))
+    assert len(worth_pairing(LawScreening(alone, many), STANDARD)) == STANDARD.most_law_pairs
 
 
 def test_two_stand_only_if_both_have_proof() -> None:
@@ -178,7 +182,7 @@ def test_fewer_numbers_win_where_they_leave_as_little(factor: float, winner: str
 
 @pytest.mark.parametrize(("factor", "tried"), [(1.01, ["b"]), (0.99, [])])
 def test_another_is_tried_in_an_effect_s_place_if_it_could_take_much_of_it(factor: float, tried: list[str]) -> None:
-    rows = [Candidate("b", STANDARD.swap_share * GOOD.share * factor, 0.1), Candidate("spring", 1.0, 0.1)]
+    rows = [LawCandidate("b", STANDARD.swap_share * GOOD.share * factor, 0.1), LawCandidate("spring", 1.0, 0.1)]
     assert [c.name for c in worth_a_swap(rows, row(), STANDARD)] == tried
 
 

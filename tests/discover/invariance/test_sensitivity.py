@@ -14,7 +14,7 @@ from mrfit.discover.invariance.estimate import force_of_law
 from mrfit.discover.invariance.nuisance import scales_of
 from mrfit.discover.invariance.screening import contribution
 from mrfit.discover.invariance.sensitivity import (
-    Examined,
+    ExaminedEffect,
     added,
     changed,
     examined,
@@ -32,7 +32,7 @@ from tests.discover.invariance.specimens import library, records
 BREAKING = [n for n in names("effect") if load("effect", n).SPEC.breaks is not None]
 
 
-def effect(name: str) -> Examined:
+def effect(name: str) -> ExaminedEffect:
     found = examined(load("effect", name))
     assert found is not None
     return found

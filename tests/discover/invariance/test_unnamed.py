@@ -8,7 +8,7 @@ import pytest
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.choice import Chosen, beside_unnamed, overshadowed
+from mrfit.discover.invariance.choice import LawSelection, beside_unnamed, overshadowed
 from mrfit.discover.invariance.regression import Regression
 from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import examined
@@ -28,7 +28,7 @@ def uneven_with_spring(channels: Mapping[str, Array], force: Array) -> Array:
     return uneven(channels, force) + 2e3 * channels["displacement"]
 
 
-def forced(force: Force) -> tuple[Regression, Chosen]:
+def forced(force: Force) -> tuple[Regression, LawSelection]:
     """Return records and a spring that is taken to be there."""
     rows, own = records(force), examined(load("effect", SPRING))
     assert own is not None
@@ -36,7 +36,7 @@ def forced(force: Force) -> tuple[Regression, Chosen]:
     source = Regression(setting, setting, STANDARD)
     start = tuple(own.at(np.array(own.spec.neutral), 0, 2e3).tolist())
     fit = source.refit({SPRING: start}, {}, (SPRING,), FULL)
-    return source, Chosen(state=fit.state, found=fit.described)
+    return source, LawSelection(state=fit.state, found=fit.described)
 
 
 @pytest.mark.parametrize(("force", "stands"), [(uneven, False), (uneven_with_spring, True)])
