@@ -147,7 +147,8 @@ def test_a_floor_that_was_guessed_cannot_say_that_nothing_is_missing(verdict: st
 def test_a_guessed_floor_in_line_with_those_measured_is_trusted_where_only_noise_is_left(verdict: str) -> None:
     effects = () if verdict == "none" else ("a",)
     at, above = (
-        replace(exact(verdict, *effects), final=fit(left, *effects)) for left in (STANDARD.examined_above_floor - 0.01, 1.3)
+        replace(exact(verdict, *effects), final=fit(left, *effects))
+        for left in (STANDARD.examined_above_floor - 0.01, 1.3)
     )
     in_line = Floors(1.0, measured=False, in_line=True)
     assert not worth_examining(at, in_line, STANDARD)
