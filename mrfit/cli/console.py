@@ -115,7 +115,10 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
         lines = _broken(name, [cell(r[k]) for r in rows]) if console.width < NARROW else [name]
         # a number that is broken over two lines reads as two
         heading = Text("\n".join(map(visible, lines)))
-        table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
+        # as a name that is typed or copied, where the rest has room
+        short = not k and max(map(len, [*lines, *(cell(r[0]) for r in rows)])) <= console.width // 3
+        whole = numeric or (short and console.width < NARROW)
+        table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=whole)
     for row in rows:
         table.add_row(*[Text(visible(cell(value))) for value in row])
     console.print(table)

@@ -21,7 +21,7 @@ To = Annotated[
     typer.Option(
         "--to",
         metavar="c|fmu|json|lookup|matlab|modelica|ssv",
-        help="Format; several by repeating.",
+        help="Formats, by commas.",
         show_default=False,
     ),
 ]
@@ -44,11 +44,12 @@ def export(
 ) -> None:
     """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
 
-    Example: mrfit export --fit tanh.auto.all --to c --to fmu
+    Example: mrfit export --fit tanh.auto.all --to c,fmu
     """
     with console.progress_bar() as progress:
         place = Place(out, condition, tuple(without or ()))
-        summary = exported(work, fit_name, to, place, settings, progress)
+        formats = [name for text in to for name in text.split(",")]
+        summary = exported(work, fit_name, formats, place, settings, progress)
     console.print_json(summary) if as_json else show(summary)
     check_all_made(summary)
 

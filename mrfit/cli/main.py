@@ -106,6 +106,8 @@ def ingest(
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
+    if not settings.map and (text := project.unused_map(logs)):
+        console.note(text)
     send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)

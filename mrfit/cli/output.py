@@ -36,8 +36,7 @@ def ingest(summary: Summary, work: Path) -> None:
     ]
     columns = ("recording", "reader", "rows", "refused", "dt (s)", "channels", "condition")
     print_table(f"Recordings in {work}{_state(summary)}", columns, rows)
-    for source in summary["replaced"]:
-        say(f"  {source}: {summary['reasons'][source]}; its recordings are replaced")
+    _say_once(f"{s}: {summary['reasons'][s]}; its recordings are replaced" for s in summary["replaced"])
     for copy in summary.get("copies", []):
         say(f"  {copy_text(copy)}")
     _say_once(f"{r['id']}: {finding['text']}" for r in summary["recordings"] for finding in r["findings"])

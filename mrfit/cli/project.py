@@ -60,6 +60,14 @@ def _read() -> dict[str, Any]:
         return {}
 
 
+def unused_map(logs: Iterable[Path]) -> str:
+    """Return a note where the file is a channel map and no log lies beside it; empty elsewhere."""
+    here = Path.cwd()
+    if "channels" not in _read() or any(here in (path.resolve(), path.resolve().parent) for path in logs):
+        return ""
+    return f"  {FILE} of this folder is a channel map, but holds for logs beside it only: move it there, or --map {FILE}"
+
+
 def settings_of(name: str) -> Any:
     """Return the settings of a stage, ``flux`` or ``segment``, with the defaults of the project file.
 

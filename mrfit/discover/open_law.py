@@ -228,7 +228,8 @@ def _where(places: tuple[LawErrorPlace, ...], policy: Policy) -> list[str]:
 
 def _bin(p: LawErrorPlace) -> str:
     factor, unit = (1e3, f"m{p.unit}") if p.unit in ("m", "m/s") else (1.0, p.unit)
-    low, high = f"{factor * p.low:.2g}", f"{factor * p.high:.2g} {unit}"
+    low, high = (f"{float(f'{factor * end:.2g}'):g}" for end in (p.low, p.high))
+    high = f"{high} {unit}"
     if p.over == "travel":
         return f"within {high} of a reversal" if p.low == 0.0 else f"{low} to {high} after a reversal"
     what = CONTROL if p.over == "control" else p.over

@@ -72,7 +72,7 @@ def check(formats: Sequence[str]) -> None:
         raise ConfigError(f"--to: name a format: {', '.join(FORMATS)}")
     for name in formats:
         if name not in FORMATS:
-            raise ConfigError(f"--to {name}: no such format; choose of {', '.join(FORMATS)}")
+            raise ConfigError(f"--to {name}: no such format; choose one of {', '.join(FORMATS)}")
 
 
 def run(

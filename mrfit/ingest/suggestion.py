@@ -92,6 +92,7 @@ def _map_of(logs: Sequence[tuple[LogItem, Table]]) -> Iterator[str]:
     name = excerpt(Path(item.source).name)
     yield f"# Channel map for logs as {name} (reader {item.reader}), suggested by `mrfit ingest --suggest-map`."
     yield "# Check every line, and complete those that begin with #."
+    yield f"# It is used as {FILE_NAME} beside the logs, or by --map FILE."
     yield ""
     even = _even_column(table)
     yield from _time_lines(table, even)

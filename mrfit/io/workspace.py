@@ -92,8 +92,8 @@ def check_name(name: str) -> None:
     if not NAME.fullmatch(name) or len(name) > LONGEST_NAME:
         shown = name if len(name) <= 60 else name[:57] + "…"
         raise ConfigError(
-            f"'{shown}' cannot name a fit: give up to {LONGEST_NAME} letters, digits, . _ - and +, the first a letter, "
-            "a digit or _"
+            f"'{shown}' is no name for a file: give up to {LONGEST_NAME} letters, digits, . _ - and +, the first a "
+            "letter, a digit or _"
         )
 
 

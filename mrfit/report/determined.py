@@ -31,7 +31,11 @@ def measured(p: EffectParameter | Quantity) -> str:
     if p.low is None or p.high is None or p.low == p.high:
         return f"{in_html(value)} {unit}".strip()
     half = 0.5 * factor * (p.high - p.low)
-    shown = f"{half:.2g}" if "e" in value else f"{half:.{len(value.partition('.')[2])}f}"
+    shown = (
+        significant(half, 2)
+        if "e" in value or half >= abs(factor * p.value)
+        else f"{half:.{len(value.partition('.')[2])}f}"
+    )
     lopsided = abs(0.5 * (p.high + p.low) - p.value) > 0.1 * (p.high - p.low)
     ends = f"({in_html(low)} to {in_html(high)})" if lopsided else f"± {in_html(shown)}"
     return f"{in_html(value)} {ends} {unit}".strip()

@@ -114,7 +114,7 @@ def _law(found: DiscoveryFile) -> list[str]:
         take = "takes" if len(names) == 1 else "take"
         said.append(
             f"No law of this kind makes the rest ({percent(gap.left)} of the range), of which {listed(names)} {take} "
-            f"{gap.taken:.0%}."
+            f"{100.0 * gap.taken:.0f} %."
         )
     else:
         more = ": something else is missing, too" if left_besides(found) else ""
@@ -132,8 +132,8 @@ def _broken(found: DiscoveryFile) -> list[str]:
     rows = found.invariance.broken if found.invariance else ()
     left = "of what the effects named leave" if found.invariance and found.invariance.named else "of what no law makes"
     return [
-        f"Something {broken_words(row.invariance)}, which no effect of the library describes: {row.kept:.0%} {left} on "
-        f"conditions left out, at most {percent(row.size)} of the range."
+        f"Something {broken_words(row.invariance)}, which no effect of the library describes: {100.0 * row.kept:.0f} % "
+        f"{left} on conditions left out, at most {percent(row.size)} of the range."
         for row in rows
     ]
 

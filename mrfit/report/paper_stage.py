@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from mrfit.core.recording import Segment
-from mrfit.errors import ConfigError, DataError
+from mrfit.errors import ConfigError, DataError, near
 from mrfit.io.atomic import write_atomic
 from mrfit.io.workspace import Workspace
 from mrfit.report import paper
@@ -80,7 +80,7 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
         If there is nothing to draw.
     """
     if kind not in KINDS:
-        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(KINDS)}")
+        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(KINDS)}{near(kind, KINDS)}")
     wrong = [f for f in settings.formats if f not in FORMATS]
     if wrong or not settings.formats:
         raise ConfigError(f"--format takes {', '.join(FORMATS)}, not '{', '.join(wrong)}'")

@@ -263,7 +263,7 @@ def test_an_effect_is_left_out_where_it_is_named() -> None:
     ("formats", "said"),
     [
         ([], "--to: name a format: c, fmu"),
-        (["cc"], "--to cc: no such format; choose of c, fmu"),
+        (["cc"], "--to cc: no such format; choose one of c, fmu"),
     ],
 )
 def test_formats_that_do_not_exist(formats: list[str], said: str, tmp_path: Path) -> None:

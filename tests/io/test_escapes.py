@@ -126,7 +126,7 @@ def test_a_fit_is_named_by_a_plain_name_only(name: str) -> None:
     if not name:
         assert Settings("bingham", "lsq", name=name).fit_name == "bingham.lsq"
         return
-    with pytest.raises(ConfigError, match="cannot name a fit: give up to 200 letters, digits"):
+    with pytest.raises(ConfigError, match="is no name for a file: give up to 200 letters, digits"):
         check(Settings("bingham", "lsq", name=name))
     check(Settings("bingham", "lsq", name="Run_2-b.all+x"))
 

@@ -196,7 +196,7 @@ def test_identifiers_are_unique_and_safe_on_any_file_system(names: list[str]) ->
 def test_an_id_that_is_no_plain_name_leads_nowhere(identifier: str, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="is no id of a recording"):
         Workspace(tmp_path).recording_file(identifier)
-    with pytest.raises(ConfigError, match="cannot name a fit"):
+    with pytest.raises(ConfigError, match="is no name for a file"):
         Workspace(tmp_path).fit_folder(identifier)
 
 

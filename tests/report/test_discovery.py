@@ -425,7 +425,7 @@ def test_the_page_tells_effects_the_law_and_other_laws_apart(tmp_path):
     for said in (
         "bingham lacks stiffness of the gas accumulator (gas-spring), and its law itself is off.",
         "bingham itself errs by 5.40 % of the range, 96 % of its gap, most of all within",
-        "of which gas-spring takes 99%",
+        "of which gas-spring takes 99 %",
         "any law may have it &lt;b&gt;",
         "mrfit discover --model guo",
         "--fix gas-spring.k_g=9030",
