@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mrfit.cli import console
-from mrfit.cli.options import Json, Plugins, Work, options
+from mrfit.cli.options import Answer, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.settings.advise import Settings
 
@@ -21,28 +21,28 @@ NO_RIG = (
 )
 
 
-@options
-def advise(settings: Settings, work: Work, plugins: Plugins, as_json: Json) -> None:
+@options()
+def advise(settings: Settings, work: Work, plugins: Plugins, progress: Progress) -> Answer:
     """Choose the test that separates most, per second, what the last discovery left open, within the rig's limits.
 
     Example: mrfit advise --rig press.toml
     """
-    from mrfit.cli import output, pipeline
-    from mrfit.io.workspace import to_json
+    from mrfit.cli import pipeline
 
-    with console.progress_bar() as progress:
-        made = computed(work, settings, progress)
+    made = computed(work, settings, progress)
     if made is not None:
-        return console.print_json(to_json(made)) if as_json else _say(made, work)
-    words = pipeline.advise(work)
-    if as_json:
-        return console.print_json(words)
+        return Answer(made, _say, work)
+    return Answer(pipeline.advise(work), _say_words, work)
+
+
+def _say_words(words: dict[str, Any], work: Path) -> None:
+    from mrfit.cli import output, pipeline
+
     output.advise(words)
     if words["advice"] and words["verdict"] != "insufficient-data":
         console.say(f"{NO_RIG} mrfit advise --rig FILE --work {work}")
         for line in pipeline.rig_lines(work):
             console.say(f"  {line}")
-    return None
 
 
 def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile | None:

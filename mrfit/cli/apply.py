@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrfit.cli import console, names
-from mrfit.cli.options import Json, Only, Plugins, Work, options
+from mrfit.cli.options import Answer, Only, Plugins, Work, options
+from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest
 from mrfit.settings.apply import Amplifier
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from mrfit.apply.motion import Motion
     from mrfit.core.recording import Recording
     from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
-    from mrfit.io.schemas.reading import Document
 
 app = typer.Typer(no_args_is_help=True, help="Put a fit to use: invert it, track forces with it, drive a car on it.")
 
@@ -91,14 +91,8 @@ def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = Non
     return list(found)
 
 
-def _print_json(document: "Document") -> None:
-    from mrfit.io.workspace import to_json
-
-    console.print_json(to_json(document))
-
-
 @app.command()
-@options
+@options(in_pipes=True)
 def invert(
     fit: Fit,
     logs: OptionalLogs = None,
@@ -111,8 +105,8 @@ def invert(
     reading: Reading,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Find the current for a desired force; without --law and --desired, for the force that the log measured.
 
     Example: mrfit apply invert --fit tanh.auto.all --sine 1:0.01 --law c=2e4
@@ -127,13 +121,12 @@ def invert(
     damper = damper_named(work, fit)
     motions = motions_of(logs, sine, dt, reading.map, damper)
     found = []
-    with console.progress_bar(in_pipes=True) as progress:
-        for motion in motions:
-            series = desired_series(read_logs([desired], None), motion, damper.output) if desired else law or None
-            forces = wanted(damper, motion, series)
-            found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
-        summary = stage.invert(work, found)
-    return _print_json(summary) if as_json else _print_inversions(summary)
+    for motion in motions:
+        series = desired_series(read_logs([desired], None), motion, damper.output) if desired else law or None
+        forces = wanted(damper, motion, series)
+        found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
+    summary = stage.invert(work, found)
+    return Answer(summary, _print_inversions)
 
 
 def _print_inversions(summary: "InvertFile") -> None:
@@ -158,7 +151,7 @@ def _print_inversions(summary: "InvertFile") -> None:
 
 
 @app.command()
-@options
+@options(in_pipes=True)
 def track(
     fit: Fit,
     logs: OptionalLogs = None,
@@ -179,8 +172,8 @@ def track(
     reading: Reading,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
 
     Example: mrfit apply track --fit tanh.auto.all --sine 1:0.01 --law c=2e4 --law k=-1e5,c=1e4
@@ -196,18 +189,17 @@ def track(
     damper = damper_named(work, fit)
     answers = damper_named(work, plant) if plant else damper
     motions = motions_of(logs, sine, dt, reading.map, damper)
-    with console.progress_bar(in_pipes=True) as progress:
-        tasks = []
-        for motion in motions:
-            demands = tracking.demands_of(laws, motion, damper)
-            if desired:
-                series = desired_series(read_logs([desired], None), motion, damper.output)
-                demands.append(tracking.Demand(desired.name, series))
-            tasks.append((motion, demands))
-        gains = tracking.Gains(proportional, integral)
-        study = tracking.tracking(damper, answers, tasks, schemes, amplifier, gains, progress)
-        summary = stage.track(work, study)
-    return _print_json(summary) if as_json else _print_tracking(summary)
+    tasks = []
+    for motion in motions:
+        demands = tracking.demands_of(laws, motion, damper)
+        if desired:
+            series = desired_series(read_logs([desired], None), motion, damper.output)
+            demands.append(tracking.Demand(desired.name, series))
+        tasks.append((motion, demands))
+    gains = tracking.Gains(proportional, integral)
+    study = tracking.tracking(damper, answers, tasks, schemes, amplifier, gains, progress)
+    summary = stage.track(work, study)
+    return Answer(summary, _print_tracking)
 
 
 def _print_tracking(summary: "TrackFile") -> None:
@@ -245,7 +237,7 @@ def _lag_words(summary: "TrackFile") -> list[str]:
 
 
 @app.command("quarter-car")
-@options
+@options(in_pipes=True)
 def quarter_car(
     fit: Fit,
     sprung: Annotated[float, typer.Option(help="Sprung mass in kg.")] = 400.0,
@@ -275,8 +267,8 @@ def quarter_car(
     amplifier: Amplifier,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
 
     Example: mrfit apply quarter-car --fit tanh.auto.all --road bump,C
@@ -290,10 +282,9 @@ def quarter_car(
     roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
     car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
     damper = damper_named(work, fit)
-    with console.progress_bar(in_pipes=True) as progress:
-        study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
-        summary = stage.quarter_car(work, study)
-    return _print_json(summary) if as_json else _print_rides(summary)
+    study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
+    summary = stage.quarter_car(work, study)
+    return Answer(summary, _print_rides)
 
 
 def _print_rides(summary: "QuarterCarFile") -> None:

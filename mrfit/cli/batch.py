@@ -9,7 +9,8 @@ import mrfit.settings.batch
 import mrfit.settings.fit
 import mrfit.settings.ingest
 from mrfit.cli import console
-from mrfit.cli.options import Default, Json, On, Only, Plugins, Shared, options, send
+from mrfit.cli.options import Answer, Default, Only, Plugins, options
+from mrfit.core.progress import Progress
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.batch import BatchFile
@@ -21,29 +22,25 @@ Batch = Annotated[
 ]
 
 
-@options
+@options(sends=True)
 def batch(
     folder: Annotated[Path, typer.Argument(help="Folder of logs.", show_default=False)],
     fitting: mrfit.settings.fit.Settings,
     settings: mrfit.settings.batch.Settings,
     reading: Annotated[mrfit.settings.ingest.Settings, Only(("map", "pattern"))],
     *,
-    on: On,
-    shared: Shared,
     work: Batch,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Fit every log of a folder, only what changed, and show what stands out among them.
 
     Example: mrfit batch datasets/coil --model boucwen-flux
     """
     from mrfit.batch import stage
 
-    send(on, shared)
-    with console.progress_bar() as progress:
-        summary = stage.run(folder, work, settings, stage.Stages(reading, fitting), progress)
-    return console.print_json(summary) if as_json else show(summary)
+    summary = stage.run(folder, work, settings, stage.Stages(reading, fitting), progress)
+    return Answer(summary, show)
 
 
 def show(summary: "BatchFile") -> None:

@@ -33,12 +33,15 @@ class Verbosity:
         One line on standard output.
     verbose
         On standard error also every step with its time.
+    as_json
+        One JSON document on standard output.
     last, concluded
         The last line that was left out, and whether the one line was printed.
     """
 
     quiet: bool = False
     verbose: bool = False
+    as_json: bool = False
     last: str = ""
     concluded: bool = False
 
@@ -57,9 +60,11 @@ WIDE = 150
 
 def print_json(summary: object) -> None:
     """Print a machine-readable summary, alone, to standard output."""
-    from mrfit.io.workspace import plain
+    from mrfit.io.schemas.reading import Document
+    from mrfit.io.workspace import plain, to_json
 
-    sys.stdout.write(visible_json(json.dumps(plain(summary), indent=2, ensure_ascii=False)) + "\n")
+    content = to_json(summary) if isinstance(summary, Document) else plain(summary)
+    sys.stdout.write(visible_json(json.dumps(content, indent=2, ensure_ascii=False)) + "\n")
 
 
 def note(text: str) -> None:

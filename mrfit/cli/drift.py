@@ -1,19 +1,22 @@
 """The command ``mrfit drift``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import mrfit.settings.drift
 from mrfit.cli import console
-from mrfit.cli.options import Default, Json, Plugins, options
+from mrfit.cli.options import Answer, Default, Plugins, options
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.drift import DriftFile
 
 OUT_OF_DRIFT = Path("mrfit-drift")
 ROWS_SHOWN = 20
 
 
-@options
+@options()
 def drift(
     inputs: Annotated[
         list[Path], typer.Argument(help="Tables of batches, workspaces, or folders of workspaces.", show_default=False)
@@ -24,22 +27,23 @@ def drift(
         Path, typer.Option("--out", help="Folder for drift.html, drift.csv and drift.json."), Default(OUT_OF_DRIFT)
     ],
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+) -> Answer:
     """Compare fits: what drifts over cycles, temperature or time, which unit stands out, in which range all lie.
 
     Example: mrfit drift mrfit-batch/batch.parquet --over date
     """
     from mrfit.drift.analysis import compare
     from mrfit.drift.call import UnitComparison
-    from mrfit.drift.page import ODD_HEADS, RANGE_HEADS, SLOPE_HEADS, odd_rows, range_rows, slope_rows
     from mrfit.drift.source import read_values
-    from mrfit.io.workspace import checked, to_json
+    from mrfit.io.workspace import checked
 
     found, trends = compare(read_values(inputs, settings), settings)
-    made = UnitComparison(checked(found), trends).save(out)
-    if as_json:
-        return console.print_json(to_json(made))
+    return Answer(UnitComparison(checked(found), trends).save(out), _show)
+
+
+def _show(made: "DriftFile") -> None:
+    from mrfit.drift.page import ODD_HEADS, RANGE_HEADS, SLOPE_HEADS, odd_rows, range_rows, slope_rows
+
     rows = made.parameters
     shown = (
         ("Changes with covariates", SLOPE_HEADS, slope_rows(rows)),
@@ -61,7 +65,7 @@ def drift(
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})
     plural = ["s" * (count != 1) for count in (made.units, drifts, odd)]
-    return console.conclude(
+    console.conclude(
         f"Drift: {made.units} unit{plural[0]}, {made.tests} tests; {drifts} drift{plural[1]}, {odd} unit{plural[2]} "
         f"that stand{'s' * (odd == 1)} out; {', '.join(made.files)}"
     )

@@ -9,7 +9,7 @@ import typer
 
 import mrfit.settings.export
 from mrfit.cli import console, names, output
-from mrfit.cli.options import Json, Plugins, Work, options
+from mrfit.cli.options import Answer, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 
@@ -27,7 +27,7 @@ To = Annotated[
 ]
 
 
-@options
+@options()
 def export(
     fit_name: Annotated[
         str, typer.Option("--fit", help="Name of a finished fit.", show_default=False, autocompletion=names.fit)
@@ -40,18 +40,16 @@ def export(
     settings: mrfit.settings.export.Settings,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
 
     Example: mrfit export --fit tanh.auto.all --to c,fmu
     """
-    with console.progress_bar() as progress:
-        place = Place(out, condition, tuple(without or ()))
-        formats = [name for text in to for name in text.split(",")]
-        summary = exported(work, fit_name, formats, place, settings, progress)
-    console.print_json(summary) if as_json else show(summary)
-    check_all_made(summary)
+    place = Place(out, condition, tuple(without or ()))
+    formats = [name for text in to for name in text.split(",")]
+    summary = exported(work, fit_name, formats, place, settings, progress)
+    return Answer(summary, show, check=check_all_made)
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ from typing import Annotated
 import typer
 
 import mrfit.settings.figure
-from mrfit.cli import console
-from mrfit.cli.options import Json, Plugins, Work, options
+from mrfit.cli.options import Answer, Plugins, Work, options
 
 
-@options
+@options()
 def figure(
     kind: Annotated[str, typer.Argument(help=", ".join(mrfit.settings.figure.KINDS) + ".", show_default=False)],
     settings: mrfit.settings.figure.Settings,
@@ -18,13 +17,11 @@ def figure(
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: report/paper in the workspace.")] = None,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+) -> Answer:
     """Draw loops, parameters, predicted, correlation of the residual, starts or profiles for print (PDF, SVG).
 
     Example: mrfit figure loops --overlay fits --width 84mm
     """
     from mrfit.cli import output, pipeline
 
-    summary = pipeline.figure(work, kind, settings, out)
-    return console.print_json(summary) if as_json else output.figure(summary)
+    return Answer(pipeline.figure(work, kind, settings, out), output.figure)

@@ -19,22 +19,20 @@ from mrfit.cli import plot as signals
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
 from mrfit.cli.drift import drift
-from mrfit.cli.export import check_all_made, export
+from mrfit.cli.export import export
 from mrfit.cli.figure import figure
 from mrfit.cli.options import (
+    Answer,
     Catalog,
     DataSet,
     Folder,
-    Json,
     Logs,
-    On,
     Only,
     Plugins,
-    Shared,
     Work,
     options,
-    send,
 )
+from mrfit.core.progress import Progress
 from mrfit.settings.shared import Jobs, Resistance
 
 app = typer.Typer(
@@ -67,7 +65,7 @@ def root(
 
 
 @app.command()
-@options
+@options(sends=True)
 def ingest(
     logs: Logs,
     settings: mrfit.settings.ingest.Settings,
@@ -80,98 +78,77 @@ def ingest(
     plot: Annotated[
         bool, typer.Option("--plot", help="Also draw them as recorded, into plot of the workspace.")
     ] = False,
-    on: On,
-    shared: Shared,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Read logs into recordings.
 
     Example: mrfit ingest datasets/coil/*.csv
     """
-    from dataclasses import asdict
-
     from mrfit.cli import output, pipeline
     from mrfit.ingest.stage import preview as preview_logs
 
     if suggest_map:
         from mrfit.ingest import suggestion
 
-        if not (as_json or sys.stdout.isatty()):
-            return print(suggestion.suggest(logs, settings), end="")
-        place = suggestion.write(logs, settings)
-        told = f"Channel map to start from: {place}; check every line of it, then run `mrfit ingest` again"
-        return console.print_json({"map": str(place)}) if as_json else console.conclude(told)
+        if not (console.VERBOSITY.as_json or sys.stdout.isatty()):
+            return Answer(suggestion.suggest(logs, settings), sys.stdout.write)
+        return Answer({"map": str(suggestion.write(logs, settings))}, output.suggestion)
     if preview:
-        rows = preview_logs(logs, settings)
-        return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
+        return Answer(preview_logs(logs, settings), output.preview)
     if not settings.map and (text := project.unused_map(logs)):
         console.note(text)
-    send(on, shared)
-    with console.progress_bar() as progress:
-        summary = pipeline.ingest(work, logs, settings, progress)
-        files = pipeline.plot(work, progress) if plot else []
-    if as_json:
-        return console.print_json(summary | ({"plot": [str(path) for path in files]} if plot else {}))
-    output.ingest(summary, work)
-    return signals.conclude(files) if files else None
+    summary = pipeline.ingest(work, logs, settings, progress)
+    files = pipeline.plot(work, progress) if plot else []
+    return Answer(summary | ({"plot": [str(path) for path in files]} if plot else {}), output.ingest, work)
 
 
 @app.command()
-@options
-def flux(settings: mrfit.settings.flux.Settings, work: Work, as_json: Json) -> None:
+@options()
+def flux(settings: mrfit.settings.flux.Settings, work: Work, progress: Progress) -> Answer:
     """Reconstruct flux linkage by integrating u − i·R.
 
     Example: mrfit flux --resistance 2.1
     """
     from mrfit.cli import output, pipeline
 
-    with console.progress_bar() as progress:
-        summary = pipeline.flux(work, settings, progress)
-    return console.print_json(summary) if as_json else output.flux(summary, work)
+    return Answer(pipeline.flux(work, settings, progress), output.flux, work)
 
 
 @app.command()
-@options
-def segment(settings: mrfit.settings.segment.Settings, work: Work, as_json: Json) -> None:
+@options()
+def segment(settings: mrfit.settings.segment.Settings, work: Work, progress: Progress) -> Answer:
     """Cut recordings into whole steady cycles by test condition.
 
     Example: mrfit segment --holdout 'sine-*-3A'
     """
     from mrfit.cli import output, pipeline
 
-    with console.progress_bar() as progress:
-        summary = pipeline.segment(work, settings, progress)
-    return console.print_json(summary) if as_json else output.segment(summary, work)
+    return Answer(pipeline.segment(work, settings, progress), output.segment, work)
 
 
 @app.command()
-@options
+@options(sends=True)
 def fit(
     settings: mrfit.settings.fit.Settings,
     *,
     resistance: Resistance = None,
-    on: On,
-    shared: Shared,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Fit a model; runs flux and segment first where they are due.
 
     Example: mrfit fit --model boucwen-flux --opt pso-fmin
     """
     from mrfit.cli import output, pipeline
 
-    send(on, shared)
-    with console.progress_bar() as progress:
-        summary = pipeline.fit(work, settings, resistance, progress)
-    return console.print_json(summary) if as_json else output.fit(summary, work)
+    return Answer(pipeline.fit(work, settings, resistance, progress), output.fit, work)
 
 
 @app.command()
-@options
+@options()
 def predict(
     logs: Logs,
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", autocompletion=names.fit)],
@@ -180,46 +157,40 @@ def predict(
     save: Annotated[str, typer.Option(help="Keep series and figure as predict/NAME.parquet, or NAME.csv.")] = "",
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Simulate a fitted model on other logs (free run), and report the errors where the output was measured.
 
     Example: mrfit predict --fit boucwen-flux.pso-fmin datasets/coil/coil_05Hz_3A.csv
     """
     from mrfit.cli import output, pipeline
 
-    with console.progress_bar() as progress:
-        summary = pipeline.predict(work, pipeline.ToPredict(fit_name, save), logs, settings, progress)
-    return console.print_json(summary) if as_json else output.predict(summary)
+    return Answer(pipeline.predict(work, pipeline.ToPredict(fit_name, save), logs, settings, progress), output.predict)
 
 
 @app.command()
-@options
-def report(settings: mrfit.settings.report.Settings, work: Work, plugins: Plugins, as_json: Json) -> None:
+@options()
+def report(settings: mrfit.settings.report.Settings, work: Work, plugins: Plugins, progress: Progress) -> Answer:
     """Write tables (CSV, LaTeX), figures (SVG) and one HTML file.
 
     Example: mrfit report
     """
     from mrfit.cli import output, pipeline
 
-    with console.progress_bar() as progress:
-        summary = pipeline.report(work, settings, progress)
-    return console.print_json(summary) if as_json else output.report(summary, work)
+    return Answer(pipeline.report(work, settings, progress), output.report, work)
 
 
 @app.command()
-@options
+@options(sends=True)
 def run(
     file: Annotated[Path, typer.Argument(help="Pipeline file (TOML).", show_default=False)],
     *,
     logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
     work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
     jobs: Jobs,
-    on: On,
-    shared: Shared,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Run every stage of a pipeline file in order.
 
     Example: mrfit run pipelines/coil-flux.toml
@@ -228,39 +199,30 @@ def run(
     from mrfit.cli.config import read_pipeline
 
     config = read_pipeline(file)
-    send(on, shared)
-    with console.progress_bar() as progress:
-        started = time.monotonic()
-        summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
+    started = time.monotonic()
+    summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
     # the file names the workspace
     logbook.append(Path(summary["work"]), time.monotonic() - started)
-    console.print_json(summary) if as_json else output.run(summary)
-    for made in summary.get("export", ()):
-        check_all_made(made)
+    return Answer(summary, output.run, check=output.check_exports)
 
 
 @app.command()
-@options
+@options(sends=True)
 def discover(
     settings: mrfit.settings.discover.Settings,
     *,
     resistance: Resistance = None,
-    on: On,
-    shared: Shared,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
 
     Example: mrfit discover --model boucwen-flux
     """
     from mrfit.cli import output, pipeline
 
-    send(on, shared)
-    with console.progress_bar() as progress:
-        summary = pipeline.discover(work, settings, resistance, progress)
-    return console.print_json(summary) if as_json else output.discover(summary, work)
+    return Answer(pipeline.discover(work, settings, resistance, progress), output.discover, work)
 
 
 app.command()(advise)
@@ -269,49 +231,40 @@ app.command()(signals.plot)
 
 
 @app.command()
-@options
+@options(sends=True)
 def compare(
     settings: mrfit.settings.compare.Asked,
     *,
-    on: On,
-    shared: Shared,
     work: Work,
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Compare models on all conditions, or optimizers on one model.
 
     Example: mrfit compare --models all
     """
     from mrfit.cli import output, pipeline
 
-    send(on, shared)
-    with console.progress_bar() as progress:
-        if settings.models:
-            summary = pipeline.compare_models(work, settings.of_models, progress)
-        else:
-            summary = pipeline.compare_optimizers(work, settings.of_optimizers, progress)
-    if as_json:
-        return console.print_json(summary)
-    return output.compare_models(summary, work) if settings.models else output.compare_optimizers(summary, work)
+    if settings.models:
+        models = pipeline.compare_models(work, settings.of_models, progress)
+        return Answer(models, output.compare_models, work)
+    return Answer(pipeline.compare_optimizers(work, settings.of_optimizers, progress), output.compare_optimizers, work)
 
 
 @app.command()
-@options
-def status(work: Work, plugins: Plugins, as_json: Json) -> None:
+@options()
+def status(work: Work, plugins: Plugins, progress: Progress) -> Answer:
     """Show what the workspace holds, what each step used, and what is out of date and why.
 
     Example: mrfit status
     """
     from mrfit.cli import output, pipeline
 
-    with console.progress_bar() as progress:
-        summary = pipeline.status(work, progress)
-    return console.print_json(summary) if as_json else output.status(summary)
+    return Answer(pipeline.status(work, progress), output.status)
 
 
 @app.command()
-@options
+@options()
 def remove(
     fits: Annotated[
         list[str],
@@ -320,21 +273,19 @@ def remove(
     *,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be removed, and stop.")] = False,
     work: Work,
-    as_json: Json,
-) -> None:
+) -> Answer:
     """Take fits out of the workspace; `mrfit report` updates a report that shows them.
 
     Example: mrfit remove boucwen-flux.pso-fmin
     """
     from mrfit.cli import output, pipeline
 
-    summary = pipeline.remove(work, fits, dry_run)
-    return console.print_json(summary) if as_json else output.remove(summary)
+    return Answer(pipeline.remove(work, fits, dry_run), output.remove)
 
 
 @app.command()
-@options
-def datasets(*, name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, as_json: Json) -> None:
+@options()
+def datasets(*, name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, progress: Progress) -> Answer:
     """List public data sets, or fetch one: every file is checked against its SHA-256.
 
     Example: mrfit datasets mr_damper_utfsm
@@ -343,49 +294,42 @@ def datasets(*, name: DataSet = "", to: Folder = None, catalog_file: Catalog = N
 
     sets = catalog.read_catalog(catalog_file)
     if not name:
-        rows = catalog.rows(sets)
-        return console.print_json(rows) if as_json else output.datasets(rows)
-    with console.progress_bar() as progress:
-        summary = catalog.fetch(sets, name, to, progress)
-    return console.print_json(summary) if as_json else output.dataset(summary)
+        return Answer(catalog.rows(sets), output.datasets)
+    return Answer(catalog.fetch(sets, name, to, progress), output.dataset)
 
 
 @app.command("list")
-@options
+@options()
 def list_names(
     *,
     kind: Annotated[str, typer.Argument(help="models, effects, optimizers or readers.")] = "models",
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+) -> Answer:
     """List all items of a kind, with their titles.
 
     Example: mrfit list models
     """
     from mrfit.cli import output
 
-    rows = output.registry_rows(kind)
-    return console.print_json(rows) if as_json else output.registry_table(kind, rows)
+    return Answer(output.registry_rows(kind), output.registry_table, kind)
 
 
 @app.command()
-@options
+@options()
 def show(
     name: Annotated[
         str,
         typer.Argument(help="Model, effect, optimizer or reader.", show_default=False, autocompletion=names.item),
     ],
     plugins: Plugins,
-    as_json: Json,
-) -> None:
+) -> Answer:
     """Show one item: equation, parameters with units and bounds, source; of an effect what it is mistaken for.
 
     Example: mrfit show current-lag
     """
     from mrfit.cli import output
 
-    item = output.item(name)
-    return console.print_json(item) if as_json else output.show(item)
+    return Answer(output.item(name), output.show)
 
 
 app.command()(export)

@@ -1,5 +1,6 @@
 """``mrfit measure``: what logs show without a model, as lag behind a command or a quasi-static test."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,7 +9,7 @@ import typer
 
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import Json, Only, options
+from mrfit.cli.options import Answer, Only, options
 from mrfit.cli.sheet import sheet
 from mrfit.errors import DataError
 from mrfit.settings import ingest
@@ -16,6 +17,8 @@ from mrfit.settings import ingest
 if TYPE_CHECKING:
     from mrfit.core.recording import Recording
     from mrfit.core.specs import Array
+    from mrfit.measure.command_lag import CommandLag
+    from mrfit.measure.quasi_static import QuasiStatic
 
 app = typer.Typer(
     no_args_is_help=True, help="Read off logs, without a model: test sheet, lag behind a command, slow test."
@@ -27,15 +30,14 @@ Reading = Annotated[ingest.Settings, Only(("map",))]
 
 
 @app.command()
-@options
+@options()
 def lag(
     logs: Logs,
     command: Annotated[str, typer.Option("--command", help="Channel of the command.", show_default=False)],
     actual: Annotated[str, typer.Option("--actual", help="Channel that follows it.")] = "displacement",
     *,
     reading: Reading,
-    as_json: Json,
-) -> None:
+) -> Answer:
     """Measure the lag of a channel behind its command, and its time to 95 % of a step.
 
     Example: mrfit measure lag logs/steps.csv --command current_command --actual current
@@ -46,8 +48,10 @@ def lag(
     for record in read_logs(logs, reading.map):
         followed, following = channel(record, command), channel(record, actual)
         found.append(command_lag(record.id, followed, following, record.dt))
-    if as_json:
-        return console.print_json([asdict(row) for row in found])
+    return Answer(found, _print_lags, command, actual)
+
+
+def _print_lags(found: "Sequence[CommandLag]", command: str, actual: str) -> None:
     columns = ("log", "lag (ms)", "dead time (ms)", "time constant (ms)", "95 % (ms)", "95 %, of steps (ms)", "steps")
     rows = [
         [
@@ -66,12 +70,11 @@ def lag(
     console.print_table(f"{actual} behind {command}", [*columns, "gain", "error"], rows)
     if any(row.dead_time is None for row in found):
         console.say("  not told: a pure dead time and a pure lag fit alike; a command with steps tells them apart")
-    return None
 
 
 @app.command("quasi-static")
-@options
-def quasi_static(logs: Logs, *, reading: Reading, as_json: Json) -> None:
+@options()
+def quasi_static(logs: Logs, *, reading: Reading) -> Answer:
     """Read stiffness, friction and work lost off slow cycles of a damper.
 
     Example: mrfit measure quasi-static logs/slow.csv
@@ -82,11 +85,12 @@ def quasi_static(logs: Logs, *, reading: Reading, as_json: Json) -> None:
         measured(record.id, channel(record, "displacement"), channel(record, "force"), record.dt)
         for record in read_logs(logs, reading.map)
     ]
-    if as_json:
-        return console.print_json([asdict(row) for row in found])
+    return Answer(found, _print_quasi_static)
+
+
+def _print_quasi_static(found: "Sequence[QuasiStatic]") -> None:
     names = ("stiffness (N/m)", "friction (N)", "offset (N)", "loss (J)", "peak speed (m/s)", "ways", "spread (N)")
     console.print_table("Quasi-static test", ("log", *names), [list(asdict(row).values()) for row in found])
-    return None
 
 
 def channel(record: "Recording", name: str) -> "Array":

@@ -47,11 +47,7 @@ def _use(paths: list[Path] | None) -> list[Path] | None:
 
 WORK = Path("mrfit-work")
 Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK"), Default(WORK)]
-Json = Annotated[
-    bool,
-    typer.Option("--json", help="Print a machine-readable summary, alone, to standard output."),
-    Default(False),
-]
+JSON = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
 QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print one line.")]
 VERBOSE = Annotated[bool, typer.Option("--verbose", "-v", help="Print every step and its time to standard error.")]
 Plugins = Annotated[
@@ -74,12 +70,10 @@ On = Annotated[
         envvar="MRFIT_ON",
         show_default=False,
     ),
-    Default(""),
 ]
 Shared = Annotated[
     bool,
     typer.Option("--shared", help="The scheduler's workers see the same paths as this command: no log is sent."),
-    Default(False),
 ]
 Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
@@ -103,16 +97,43 @@ def send(on: str, shared: bool) -> None:
         order.use(on, shared)
 
 
-def options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options that its parameters define, in place of these.
+class Answer:
+    """Result of a command, the function that prints it for a person, and further arguments of this function."""
+
+    def __init__(
+        self, result: object, show: Callable[..., object], *more: object, check: Callable[[Any], None] | None = None
+    ) -> None:
+        self.result, self.show, self.more, self.check = result, show, more, check
+
+    def give(self) -> None:
+        """Print the result, as JSON alone or for a person; raise what ``check`` finds wrong in it."""
+        console.print_json(self.result) if console.VERBOSITY.as_json else self.show(self.result, *self.more)
+        if self.check:
+            self.check(self.result)
+
+
+Command = Callable[..., Answer | None]
+
+
+def options(*, sends: bool = False, in_pipes: bool = False) -> Callable[[Command], Callable[..., None]]:
+    """Give a command the options that its parameters define, in place of these, and print its answer.
+
+    ``sends`` says that a scheduler can do its work, ``in_pipes`` that its progress is told in pipes too. A parameter
+    ``progress`` is a listener that draws bars.
 
     A parameter that is a settings class becomes the options of its fields, or of ``Only`` some; one with a ``Setting``
     in its annotation becomes an option; one with a ``Default`` has that default. Options that change no result come
     after all others but those of several commands.
     """
+    return lambda command: _with_options(command, sends, in_pipes)
+
+
+def _with_options(command: Command, sends: bool, in_pipes: bool) -> Callable[..., None]:
     taken = _Parameters([], [], [])
     hints = get_type_hints(command, include_extras=True)
-    given = {name: p.default for name, p in inspect.signature(command).parameters.items()}
+    given = {name: p.default for name, p in inspect.signature(command).parameters.items() if name != "progress"}
+    if sends:
+        taken.common.extend([_keyword("on", "", On), _keyword("shared", False, Shared)])
     for name, written in given.items():
         fields = _fields(name, hints[name], written)
         for field in fields:
@@ -120,19 +141,26 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         if not fields:
             default = next((a for a in get_args(hints[name]) if isinstance(a, Default)), None)
             chosen = default.value if default and written is inspect.Parameter.empty else written
-            parameter = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=chosen, annotation=hints[name])
-            (taken.common if default else taken.own).append(parameter)
-
-    for name, kind in (("quiet", QUIET), ("verbose", VERBOSE)):
-        taken.common.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=kind))
+            (taken.common if default else taken.own).append(_keyword(name, chosen, hints[name]))
+    taken.common.extend(_keyword(*one) for one in (("as_json", False, JSON), ("quiet", False, QUIET)))
+    taken.common.append(_keyword("verbose", False, VERBOSE))
 
     @wraps(command)
     def called(**values: Any) -> None:
         set_verbosity(values.pop("quiet"), values.pop("verbose"))
+        console.VERBOSITY.as_json = values.pop("as_json")
         started = time.monotonic()
+        if sends:
+            send(values.pop("on"), values.pop("shared"))
         arguments = {name: _argument(name, hints[name], written, values) for name, written in given.items()}
         with _told_of_replaced(command.__name__):
-            command(**arguments)
+            if "progress" in hints:
+                with console.progress_bar(in_pipes=in_pipes) as arguments["progress"]:
+                    answer = command(**arguments)
+            else:
+                answer = command(**arguments)
+            if answer:
+                answer.give()
         seconds = time.monotonic() - started
         console.finish()
         if console.VERBOSITY.verbose:
@@ -144,6 +172,10 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     called.__signature__ = inspect.Signature(taken.all)  # type: ignore[attr-defined]
     called.__annotations__ = {p.name: p.annotation for p in taken.all}
     return called
+
+
+def _keyword(name: str, default: object, annotation: object) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 @contextmanager
@@ -233,7 +265,7 @@ def _option(field: SettingField) -> inspect.Parameter:
     names = [*(f"--{word.replace('_', '-')}" for word in words), *([setting.short] if setting.short else [])]
     kind: Any = _written_as(field)
     annotation = Annotated[kind, _typer_option(setting, *names)]
-    return inspect.Parameter(flag, inspect.Parameter.KEYWORD_ONLY, default=_default(field), annotation=annotation)
+    return _keyword(flag, _default(field), annotation)
 
 
 def _typer_option(setting: Setting, *written: str) -> Any:

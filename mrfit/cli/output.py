@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.cli import export
+from mrfit.cli import export, plot
 from mrfit.cli import summary as in_one_line
 from mrfit.cli.console import VERBOSITY, conclude, numbers, print_table, say
 from mrfit.core.channels import CHANNELS, unit_of
@@ -44,6 +44,8 @@ def ingest(summary: Summary, work: Path) -> None:
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
     conclude(in_one_line.ingest(summary, work))
+    if "plot" in summary:
+        plot.conclude(summary["plot"])
 
 
 def _say_once(findings: Iterable[str]) -> None:
@@ -76,6 +78,11 @@ def copy_text(copy: Summary) -> str:
         why = "but its name or settings make another test of it: both are kept; if one is wrong, ingest without it"
         return f"{copy['source']}: the same bytes as {copy['of']}, {why} into another --work folder"
     return f"{copy['source']}: a copy of {copy['of']} (the same bytes): read once"
+
+
+def suggestion(summary: Summary) -> None:
+    """Print where a suggested channel map lies."""
+    conclude(f"Channel map to start from: {summary['map']}; check every line of it, then run `mrfit ingest` again")
 
 
 def channels_text(recording: Summary) -> str:
@@ -408,6 +415,12 @@ def run(summary: Summary) -> None:
         export.show(done)
 
 
+def check_exports(summary: Summary) -> None:
+    """Raise the DataError of the first export of a pipeline in which some formats could not be made."""
+    for made in summary.get("export", ()):
+        export.check_all_made(made)
+
+
 def figure(summary: Summary) -> None:
     """Print the place of a figure, the conditions not in it, and why its fits are out of date."""
     outdated(summary["outdated"])
@@ -463,7 +476,7 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
     return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
 
 
-def registry_table(kind: str, rows: Sequence[dict[str, str]]) -> None:
+def registry_table(rows: Sequence[dict[str, str]], kind: str) -> None:
     """Print names and titles, names alone where little is wanted."""
     if VERBOSITY.quiet:
         for row in rows:

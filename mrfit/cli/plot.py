@@ -8,7 +8,8 @@ import typer
 
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import Json, Only, options
+from mrfit.cli.options import Answer, Only, options
+from mrfit.core.progress import Progress
 from mrfit.settings import ingest
 
 if TYPE_CHECKING:
@@ -17,15 +18,15 @@ if TYPE_CHECKING:
 PLOT_FOLDER = Path("mrfit-plot")
 
 
-@options
+@options()
 def plot(
     logs: Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)],
     *,
     png: Annotated[bool, typer.Option("--png", help="Also a PNG of every log.")] = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for signals.html.")] = PLOT_FOLDER,
     reading: Annotated[ingest.Settings, Only(("map", "pattern"))],
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Draw logs as recorded: series with zoom, loops, where a log is cut, warnings at their time.
 
     Example: mrfit plot datasets/damper-sines --png
@@ -33,21 +34,22 @@ def plot(
     from mrfit.sheet.signals import write
 
     recordings = read_logs(logs, reading.map, reading.pattern)
-    with console.progress_bar() as progress:
-        files, found = write(recordings, len(recordings), out, png, progress)
-    if as_json:
-        rows = [
-            {"log": one.recording.source, "cuts": len(one.segments), "said": [*one.said, *_texts(one)]} for one in found
-        ]
-        return console.print_json({"files": [str(path) for path in files], "logs": rows})
+    files, found = write(recordings, len(recordings), out, png, progress)
+    rows = [
+        {"log": one.recording.source, "cuts": len(one.segments), "said": [*one.said, *_texts(one)]} for one in found
+    ]
+    return Answer({"files": [str(path) for path in files], "logs": rows}, _show, found)
+
+
+def _show(summary: "dict[str, list[str]]", found: "Sequence[Signals]") -> None:
     for one in found:
         console.say(f"  {one.recording.id}: {', '.join(s.condition for s in one.segments) or 'not cut'}")
         for text in (*one.said, *_texts(one)):
             console.say(f"    {text}")
-    return conclude(files)
+    conclude(summary["files"])
 
 
-def conclude(files: Sequence[Path]) -> None:
+def conclude(files: Sequence[object]) -> None:
     """Print the path of the page and the number of pictures beside it."""
     more = f" and {len(files) - 1} PNG file{'s' * (len(files) != 2)} beside it" if len(files) > 1 else ""
     console.conclude(f"Signals: {files[0]}{more}")

@@ -65,7 +65,9 @@ def unused_map(logs: Iterable[Path]) -> str:
     here = Path.cwd()
     if "channels" not in _read() or any(here in (path.resolve(), path.resolve().parent) for path in logs):
         return ""
-    return f"  {FILE} of this folder is a channel map, but holds for logs beside it only: move it there, or --map {FILE}"
+    return (
+        f"  {FILE} of this folder is a channel map, but holds for logs beside it only: move it there, or --map {FILE}"
+    )
 
 
 def settings_of(name: str) -> Any:

@@ -8,7 +8,8 @@ import typer
 import mrfit.settings.sheet
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import Json, Only, options
+from mrfit.cli.options import Answer, Only, options
+from mrfit.core.progress import Progress
 from mrfit.settings import ingest
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ UNITS_LISTED, ROWS_LISTED, CONDITIONS_IN_FULL = 6, 24, 2
 Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
 
 
-@options
+@options()
 def sheet(
     logs: Logs,
     settings: mrfit.settings.sheet.Settings,
@@ -32,8 +33,8 @@ def sheet(
     pdf: Annotated[bool, typer.Option("--pdf", help="Also one A4 page per unit as PDF.")] = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for sheet.html, sheet.csv and sheet.json.")] = SHEET_FOLDER,
     reading: Annotated[ingest.Settings, Only(("map", "pattern"))],
-    as_json: Json,
-) -> None:
+    progress: Progress,
+) -> Answer:
     """Write a damper's test sheet: forces, energy, stiffness, damping with 95 % intervals, against limits.
 
     Example: mrfit measure sheet datasets/damper-sines --limits datasets/limits/damper.toml
@@ -42,13 +43,7 @@ def sheet(
 
     recordings = read_logs(logs, reading.map, reading.pattern)
     others = read_logs(against, reading.map, reading.pattern) if against else []
-    with console.progress_bar() as progress:
-        found = write(recordings, settings, others, out, pdf, progress)
-    if as_json:
-        from mrfit.io.workspace import to_json
-
-        return console.print_json(to_json(found))
-    return show(found)
+    return Answer(write(recordings, settings, others, out, pdf, progress), show)
 
 
 def show(found: "SheetFile") -> None:

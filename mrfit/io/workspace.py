@@ -13,7 +13,7 @@ import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import fields
+from dataclasses import asdict, fields, is_dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -59,6 +59,8 @@ def plain(value: object) -> Any:
     """Return ``value`` as JSON can hold it: documents as objects, arrays as lists, non-finite numbers as null."""
     if isinstance(value, Entry):
         return {name: plain(getattr(value, name)) for name in value.written()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
     if isinstance(value, str):
         return encodable(value)
     if isinstance(value, float):
