@@ -6,9 +6,10 @@ import numpy as np
 
 from mrfit.batch.figures import over_current, overview
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
-from mrfit.compare.page import Drawn, Table, whole_page
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.numbers import in_html, natural, significant, unit_html
+from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import inline
 
 # Rows of a table of the page; the rest is in the table of all logs
@@ -23,40 +24,28 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
     failed = [row for row in rows if row.error]
     by_value = [_outlier(o) for o in fleet.outliers if o.parameter != RESIDUAL]
     by_residual = [_outlier(o) for o in fleet.outliers if o.parameter == RESIDUAL]
-    tables = [
-        _shortened(
-            "Logs that failed",
-            ("Log", "Reason"),
-            [(r.log, r.error.removeprefix(f"{r.log}: ")) for r in failed],
-            words=True,
-        ),
-        _shortened("Outliers by parameter", _OUTLIERS, by_value),
-        _shortened("Outliers by residual", _OUTLIERS, by_residual),
-        _shortened("Drift over the logs", _DRIFTS, [_drift(d) for d in fleet.drifts]),
-        _shortened("Warnings", ("Warning", "Logs"), _warnings(rows)),
+    found = [
+        _section("Logs that failed", ("Log", "Reason"), [(r.log, r.error.removeprefix(f"{r.log}: ")) for r in failed]),
+        _section("Outliers by parameter", _OUTLIERS, by_value),
+        _section("Outliers by residual", _OUTLIERS, by_residual),
+        _section("Drift over the logs", _DRIFTS, [_drift(d) for d in fleet.drifts]),
+        _section("Warnings", ("Warning", "Logs"), _warnings(rows)),
     ]
-    figures = []
     if fleet.is_apart:
         svg = inline(over_current(fleet), "b", "Every parameter of every log over the current of its test")
-        figures.append(
-            Drawn(
-                svg,
-                "Every log is a condition of its own, so none can be compared with another: values over the current "
-                "of the test, or by log where none is held; bars are 95 % intervals.",
-                wide=True,
-            )
+        caption = (
+            "Every log is a condition of its own, so none can be compared with another: values over the current "
+            "of the test, or by log where none is held; bars are 95 % intervals."
         )
+        found.append(Section("Parameters", figures=[Drawn("", caption, svg)]))
     elif fleet.groups:
         svg = inline(overview(fleet), "b", "Histogram and course of every parameter over all logs")
         order = "the date in their names" if fleet.dated else "their names, in which no date was found"
-        figures.append(
-            Drawn(
-                svg,
-                "Left: all values, those beyond the outer 0.5 % at the edges. Right: median (line) and 5 to 95 % "
-                f"(band) over the logs in the order of {order}; dots: outliers, those far off at the edge.",
-                wide=True,
-            )
+        caption = (
+            "Left: all values, those beyond the outer 0.5 % at the edges. Right: median (line) and 5 to 95 % "
+            f"(band) over the logs in the order of {order}; dots: outliers, those far off at the edge."
         )
+        found.append(Section("Parameters", figures=[Drawn("", caption, svg)]))
     words = (
         f"{len(rows)} logs, {len(rows) - len(failed)} fitted, {len(failed)} failed; {len(fleet.outliers)} outliers, "
         f"{len(fleet.drifts)} drifts. Logs are compared within one condition: outliers where at least {FEWEST} logs "
@@ -65,23 +54,28 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         "drift, once in twenty times. A value that its own interval explains is no outlier. "
         "`mrfit drift` compares the fits of this table over units, cycles, temperature or time."
     )
-    spread = [_distribution(g) for g in _shown_groups(fleet)]
-    every = _shortened("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups))
-    return whole_page("Batch", words, [t for t in tables if t.rows], figures, [every] if spread else [])
+    shown = _shown_groups(fleet)
+    if fleet.is_apart:
+        values = [(*_named(g), _shown(g.median)) for g in shown]
+        found.append(_section("Values of every parameter", (*_GROUP, "Value"), values, len(fleet.groups)))
+    else:
+        spread = [(*_named(g), *_spread(g)) for g in shown]
+        found.append(_section("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups)))
+    sections = [s for s in found if s.figures or s.tables[0].rows]
+    return render_sections("Batch", words, (), sections, "batch.json", hover=True)
 
 
-_DISTRIBUTION = ("Parameter", "Condition", "Unit", "Logs", "Least", "5 %", "Median", "95 %", "Most", "Robust sd")
+_GROUP = ("Parameter", "Condition", "Unit")
+_DISTRIBUTION = (*_GROUP, "Logs", "Least", "5 %", "Median", "95 %", "Most", "Robust sd")
 _OUTLIERS = ("Log", "Condition", "Parameter", "Unit", "Value", "Median", "Deviation (sd)")
 _DRIFTS = ("Parameter", "Condition", "Unit", "First tenth", "Last tenth", "Change (sd)", "Rank correlation")
 
 
-def _shortened(
-    caption: str, heads: Sequence[str], rows: Sequence[Sequence[object]], total: int = 0, words: bool = False
-) -> Table:
-    """Return a table of as many rows as a page takes, of so many that there are."""
+def _section(caption: str, heads: Sequence[str], rows: Sequence[Sequence[object]], total: int = 0) -> Section:
+    """Return a section with a table of as many rows as a page takes, of so many that there are."""
     total = total or len(rows)
     more = f" ({ROWS} of {total})" if total > ROWS else ""
-    return Table(caption + more, heads, rows[:ROWS], words, FIRST)
+    return Section(caption + more, tables=[Table("", heads, rows[:ROWS], first=FIRST)])
 
 
 def _shown_groups(fleet: Fleet) -> list[Group]:
@@ -91,9 +85,12 @@ def _shown_groups(fleet: Fleet) -> list[Group]:
     return sorted(most, key=lambda g: (names.index(g.parameter), natural(g.condition)))
 
 
-def _distribution(group: Group) -> tuple[object, ...]:
-    shown = [_shown(q) for q in np.quantile(group.values, QUANTILES)]
-    return (group.parameter, group.condition, unit_html(group.unit), len(group.values), *shown, _shown(group.sigma))
+def _named(group: Group) -> tuple[str, str, str]:
+    return group.parameter, group.condition, unit_html(group.unit)
+
+
+def _spread(group: Group) -> tuple[object, ...]:
+    return len(group.values), *(_shown(q) for q in np.quantile(group.values, QUANTILES)), _shown(group.sigma)
 
 
 def _outlier(o: Outlier) -> tuple[object, ...]:

@@ -1,5 +1,6 @@
 """A page of sections: words, tables and figures in the report's style, in one file that opens offline."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -11,24 +12,26 @@ from mrfit.report.page import template_of
 
 VERDICTS = {"pass": "pass", "fail": "fail", "cannot be judged": "open"}
 """Cells that say a verdict -> their class in the page."""
+NUMBER_SHOWN = re.compile(r"[−-]?\d[\d.]*(×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?( %)?")
+"""A number as a page shows it."""
+OPEN_ROWS = 400
+"""Rows of a table that stand on the page at once; the others are unfolded."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table; numbers in it are shown with a few significant digits."""
+    """A table; numbers in it are shown with a few significant digits, ``first`` rows before it is unfolded."""
 
     caption: str
     heads: Sequence[str]
     rows: Sequence[Sequence[Any]]
     digits: int = 3
+    first: int = OPEN_ROWS
 
     @property
     def numeric(self) -> list[bool]:
-        """Whether there is a number in each column."""
-        return [
-            any(isinstance(row[k], (int, float)) and not isinstance(row[k], bool) for row in self.rows)
-            for k in range(len(self.heads))
-        ]
+        """Whether there is a number in each column, given as one or as text."""
+        return [any(_is_number(row[k]) for row in self.rows) for k in range(len(self.heads))]
 
     @property
     def cells(self) -> list[list[str]]:
@@ -63,8 +66,12 @@ def render(
     sections: Sequence[Section],
     file: str,
     script: str = "",
+    hover: bool = False,
 ) -> str:
-    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures."""
+    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures.
+
+    With ``hover`` its figures say their values under the pointer, as those of the report do.
+    """
     template = template_of(TEMPLATE.with_name("sections.html.jinja"))
     return template.render(
         title=title,
@@ -73,9 +80,16 @@ def render(
         sections=sections,
         file=file,
         script=script,
+        hover=hover,
         version=version("mrfit"),
         verdicts=VERDICTS,
     )
+
+
+def _is_number(value: object) -> bool:
+    if isinstance(value, str):
+        return NUMBER_SHOWN.fullmatch(value) is not None
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def cell(value: Any, digits: int = 3) -> str:
