@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import stdtrit
 
-from mrfit.compare.page import Drawn, Table, whole_page
 from mrfit.core.specs import Array
 from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
 from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
 from mrfit.report.numbers import in_html, significant, unit_html
+from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 
 if TYPE_CHECKING:
@@ -30,37 +31,32 @@ SPREAD_HEADS = ("Parameter", "Condition", "Repeatability", "Reproducibility", "9
 def render(found: DriftFile, trends: Sequence[Trend]) -> str:
     """Return the page."""
     rows = found.parameters
-    tables = [
-        Table(
-            "Candidates", ("Effect", "Condition", "Why"), [(c.effect, c.condition, c.text) for c in found.causes], True
+    tables = {
+        "Candidates": Table(
+            "", ("Effect", "Condition", "Why"), [(c.effect, c.condition, c.text) for c in found.causes]
         ),
-        Table(
-            "Changes with covariates", SLOPE_HEADS, slope_rows(rows), texts=("Condition", "Covariate", "Per", "Drifts")
-        ),
-        Table("Steps", ("Parameter", "Condition", "Where", "Change", "p, all tests"), step_rows(rows)),
-        Table("Units that stand out", ODD_HEADS, odd_rows(rows), texts=("Condition", "Parameter")),
-        Table("Ranges of all units", RANGE_HEADS, range_rows(rows), texts=("Condition",)),
-        Table("Repeatability and bounds", SPREAD_HEADS, spread_rows(rows), texts=("Condition",)),
-        Table("Notes", ("What",), [(n,) for n in found.notes], True),
-    ]
-    figures = []
+        "Changes with covariates": Table("", SLOPE_HEADS, slope_rows(rows)),
+        "Steps": Table("", ("Parameter", "Condition", "Where", "Change", "p, all tests"), step_rows(rows)),
+        "Units that stand out": Table("", ODD_HEADS, odd_rows(rows)),
+        "Ranges of all units": Table("", RANGE_HEADS, range_rows(rows)),
+        "Repeatability and bounds": Table("", SPREAD_HEADS, spread_rows(rows)),
+        "Notes": Table("", ("What",), [(n,) for n in found.notes]),
+    }
+    sections = [Section(title, tables=[table]) for title, table in tables.items() if table.rows]
     if trends:
-        drawn = inline(figure(trends), "d", "Every parameter over its covariate, or by unit")
         what = found.over[0] if found.over else "unit"
-        figures.append(
-            Drawn(
-                drawn,
-                f"Parameters over {what}. Points: tests with 95 % intervals; line and dark band: mean and its 95 % "
-                "interval; light band: 95 % of all units, with 95 % confidence; red: units that stand out.",
-                wide=True,
-            )
+        caption = (
+            f"Parameters over {what}. Points: tests with 95 % intervals; line and dark band: mean and its 95 % "
+            "interval; light band: 95 % of all units, with 95 % confidence; red: units that stand out."
         )
+        drawn = inline(figure(trends), "d", "Every parameter over its covariate, or by unit")
+        sections.append(Section(f"Trends over {what}", figures=[Drawn("", caption, drawn)]))
     words = (
         f"{found.units} units, {found.tests} tests. Values of units are taken as normal about the mean of the "
         f"population, each with the variance of its fit. Chance names a drift in {DRIFT_LEVEL:.1%} of comparisons. "
         "Deviations and changes are shares of the value where its scale is logarithmic."
     )
-    return whole_page("Drift and units", words, [t for t in tables if t.rows], figures)
+    return render_sections("Drift and units", words, (), sections, "drift.json, drift.csv", hover=True)
 
 
 def slope_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:

@@ -12,8 +12,8 @@ from mrfit.report.page import template_of
 
 VERDICTS = {"pass": "pass", "fail": "fail", "cannot be judged": "open"}
 """Cells that say a verdict -> their class in the page."""
-NUMBER_SHOWN = re.compile(r"[−-]?\d[\d.]*(×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?( %)?")
-"""A number as a page shows it."""
+NUMBER_SHOWN = re.compile(r"[−-]?\d[\d.]*(×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?( \S+)?")
+"""A number as a page shows it, with its unit."""
 OPEN_ROWS = 400
 """Rows of a table that stand on the page at once; the others are unfolded."""
 

@@ -3,10 +3,14 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from mrfit.errors import ConfigError
+from mrfit.cli import console
+from mrfit.cli.options import Answer
+from mrfit.cli.project import unused_map
+from mrfit.errors import ConfigError, DataError
 from mrfit.settings.forms import constants, limits
 from tests.conftest import Run
 
@@ -55,3 +59,25 @@ def test_a_wrong_option_ends_before_any_data_are_touched(mrfit: Run) -> None:
     done = mrfit("fit", "--model", "bingham", "--opt", "mwoa-lsq", "--opt-set", "N_D=3")
     line = "mrfit: --opt-set N_D: no option of mwoa, lsq; they are b, population, iterations, N_d, M\n"
     assert (done.returncode, done.stderr) == (2, line)
+
+
+def test_a_channel_map_away_from_the_logs_is_named(tmp_path, monkeypatch) -> None:
+    (tmp_path / "logs").mkdir()
+    monkeypatch.chdir(tmp_path)
+    Path("mrfit.toml").write_text("[fit]\nper = 'all'\n")
+    assert unused_map([Path("logs")]) == ""
+    Path("mrfit.toml").write_text("[channels]\nforce = {column = 1}\n")
+    assert "holds for logs beside it only" in unused_map([Path("logs")])
+    assert unused_map([Path("a.csv")]) == unused_map([Path()]) == ""
+
+
+def test_an_answer_is_json_alone_or_for_a_person_and_then_checked(monkeypatch, capsys) -> None:
+    def fault(result: object) -> None:
+        raise DataError(f"{result}")
+
+    for as_json, said in ((True, "[\n  1\n]\n"), (False, "[1] of 2\n")):
+        monkeypatch.setattr(console.VERBOSITY, "as_json", as_json)
+        answer = Answer([1], lambda result, number: print(f"{result} of {number}"), 2, check=fault)
+        with pytest.raises(DataError, match=r"\[1\]"):
+            answer.give()
+        assert capsys.readouterr().out == said
