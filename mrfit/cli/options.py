@@ -47,9 +47,13 @@ def _use(paths: list[Path] | None) -> list[Path] | None:
 
 WORK = Path("mrfit-work")
 Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK"), Default(WORK)]
-JSON = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
-QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print one line.")]
-VERBOSE = Annotated[bool, typer.Option("--verbose", "-v", help="Print every step and its time to standard error.")]
+JSON_OPTION = Annotated[
+    bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")
+]
+QUIET_OPTION = Annotated[bool, typer.Option("--quiet", "-q", help="Print one line.")]
+VERBOSE_OPTION = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print every step and its time to standard error.")
+]
 Plugins = Annotated[
     list[Path] | None,
     typer.Option(
@@ -106,7 +110,7 @@ class Answer:
         self.result, self.show, self.more, self.check = result, show, more, check
 
     def give(self) -> None:
-        """Print the result, as JSON alone or for a person; raise what ``check`` finds wrong in it."""
+        """Print the result, as JSON_OPTION alone or for a person; raise what ``check`` finds wrong in it."""
         console.print_json(self.result) if console.VERBOSITY.as_json else self.show(self.result, *self.more)
         if self.check:
             self.check(self.result)
@@ -142,8 +146,8 @@ def _with_options(command: Command, sends: bool, in_pipes: bool) -> Callable[...
             default = next((a for a in get_args(hints[name]) if isinstance(a, Default)), None)
             chosen = default.value if default and written is inspect.Parameter.empty else written
             (taken.common if default else taken.own).append(_keyword(name, chosen, hints[name]))
-    taken.common.extend(_keyword(*one) for one in (("as_json", False, JSON), ("quiet", False, QUIET)))
-    taken.common.append(_keyword("verbose", False, VERBOSE))
+    taken.common.extend(_keyword(*one) for one in (("as_json", False, JSON_OPTION), ("quiet", False, QUIET_OPTION)))
+    taken.common.append(_keyword("verbose", False, VERBOSE_OPTION))
 
     @wraps(command)
     def called(**values: Any) -> None:
