@@ -44,7 +44,7 @@ class Advice:
 
     @property
     def text(self) -> tuple[str, ...]:
-        """What to do, in sentences."""
+        """Advice in sentences."""
         return self.content.text
 
     @property

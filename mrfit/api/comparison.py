@@ -64,7 +64,7 @@ class Comparison:
 
     @property
     def left_out(self) -> dict[str, str]:
-        """Why models could not be fitted, by model."""
+        """Reason for each model that could not be fitted, by model."""
         return {row.model: row.reason for row in self.content.left_out}
 
     def to_json(self) -> dict[str, Any]:

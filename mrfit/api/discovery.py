@@ -28,7 +28,7 @@ OPENINGS = {"ambiguous": "to tell {} apart: ", "insufficient-data": "to reach a 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Discovery:
-    """What a model lacks.
+    """Effects that a model lacks, with the evidence for them.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Discovery:
 
     @property
     def law_gap(self) -> LawGap | None:
-        """How far the model's own law is off, apart from effects; None where it was taken as exact."""
+        """Error of the model's own law, without effects; None where it was taken as exact."""
         return self.content.law_gap
 
     @property
@@ -141,7 +141,7 @@ class Discovery:
 def discover(
     recordings: Recording | Iterable[Recording], model: str, *, progress: Heard = True, **options: object
 ) -> Discovery:
-    """Find which effect a model lacks, as ``mrfit discover`` does.
+    """Find the effects that a model lacks, as ``mrfit discover`` does.
 
     It keeps segments and refits in a temporary folder, which is removed at the end.
 

@@ -101,7 +101,7 @@ class FitResult:
 
     @property
     def message(self) -> str:
-        """Why the searches ended."""
+        """Reason why the searches ended."""
         told = {r.condition: r.stopped for r in self.content.results}
         return next(iter(told.values())) if len(told) == 1 else "; ".join(f"{c}: {text}" for c, text in told.items())
 
@@ -165,7 +165,7 @@ class FitResult:
         return drawing.plot(self.content, series, kind, page)
 
     def to_json(self) -> dict[str, Any]:
-        """Return what ``save`` writes: the content of fit.json, and how the recordings were prepared."""
+        """Return the content of fit.json and the preparation of the recordings, as ``save`` writes them."""
         saved: dict[str, Any] = plain(self._saved)
         return saved
 
@@ -249,7 +249,7 @@ class FitResult:
 
     @property
     def _said(self) -> list[str]:
-        """What is printed below the tables."""
+        """Sentences printed below the tables."""
         number = len(self.content.results)
         more = [f"{number} sets of parameters, of which the first is shown: params has all"] if number > FEW else []
         return [*more, *map(str, self.warnings)]

@@ -43,7 +43,7 @@ def trained_on(workspace: Workspace, fit: Fit) -> dict[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Kept:
-    """What goes into a saved prediction beside its samples."""
+    """Content of a saved prediction beside its samples."""
 
     fit: Fit
     logs: Sequence[str]

@@ -97,7 +97,7 @@ class Prediction:
 
     @property
     def promise(self) -> str:
-        """What the bands promise, where they are wider and where they fall short; why there are none."""
+        """Coverage that the bands promise, with its exceptions, or the reason why there are none."""
         return promise(self.fit, self.found, self.assembly)
 
     @property

@@ -19,7 +19,7 @@ SETTINGS = (mrfit.flux.stage.Settings, mrfit.segment.stage.Settings)
 
 @dataclass(frozen=True)
 class Preparation:
-    """How recordings were prepared for a fit.
+    """Preparation of recordings for a fit.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Preparation:
     resistance: float | None = None
 
     def to_predict(self, resistance: float | str | None) -> "Preparation":
-        """Return how logs are prepared that are predicted by the fit: as its own, but nothing is held out."""
+        """Return the preparation of logs that the fit predicts: as its own, but nothing is held out."""
         flux = mrfit.flux.stage.to_predict(self.flux, self.resistance, resistance)
         return Preparation(flux, replace(self.segment, holdout="none"))
 
@@ -49,7 +49,7 @@ class Prepared:
 
 
 def as_asked(options: Options) -> Preparation:
-    """Return how to prepare recordings by the options of a call."""
+    """Return the preparation of recordings by the options of a call."""
     flux, segment = (settings_of(kind, options) for kind in SETTINGS)
     return Preparation(flux, segment)  # type: ignore[arg-type]
 

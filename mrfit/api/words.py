@@ -90,7 +90,7 @@ def html_table(frame: "DataFrame") -> str:
 
 
 def html_page(title: str, tables: Sequence[str], sentences: Sequence[object]) -> str:
-    """Return what a notebook shows: a title, tables, and sentences, escaped but for the tables."""
+    """Return the HTML of a notebook: a title, tables, and sentences, escaped but for the tables."""
     said = "".join(f"<li>{html.escape(visible(str(s)))}</li>" for s in sentences)
     return f"<p><b>{html.escape(visible(title))}</b></p>{''.join(tables)}" + (f"<ul>{said}</ul>" if said else "")
 

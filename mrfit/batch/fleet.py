@@ -1,4 +1,4 @@
-"""What stands out among many logs: how every parameter is distributed, which values are outliers, what drifts.
+"""Statistics of many logs: distribution of every parameter, outliers and drifts.
 
 Logs are compared within one condition. All measures are robust: a few bad logs move none of them.
 """
@@ -120,7 +120,7 @@ class Fleet:
 
 
 def fleet_of(rows: Sequence[LogRow]) -> Fleet:
-    """Return what stands out among logs that were fitted."""
+    """Return distributions, outliers and drifts of logs that were fitted."""
     dates = {row.log: date_of(row.log) for row in rows}
     dated = all(d is not None for d in dates.values())
     ordered = sorted(rows, key=lambda r: (dates[r.log] if dated else 0.0, natural(r.log)))

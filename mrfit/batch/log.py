@@ -27,7 +27,7 @@ NO_SHEET = "no-sheet"
 
 @dataclass(frozen=True)
 class Asked:
-    """What is done with every log: settings of its stages, each for one worker."""
+    """Settings of the stages of every log, each for one worker."""
 
     ingest: ingest_stage.Settings
     flux: flux_stage.Settings
@@ -69,14 +69,14 @@ class Job:
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a log: its row, and the files of its workspace where the worker's is not the one here."""
+    """Row of a log, and the files of its workspace where the worker's is not the one here."""
 
     row: LogRow
     files: tuple[tuple[str, bytes], ...] = ()
 
 
 def do(job: Job, progress: Progress) -> Done:
-    """Return what becomes of a log; one that cannot be used has the line that says why."""
+    """Fit one log and return its row; of one that cannot be used the row states the reason."""
     if job.parcel is None:
         return Done(_row(job))
     with unpacked(job.parcel):

@@ -84,5 +84,5 @@ def _checked(name: str) -> str:
 
 
 def _below(root: Path, path: str) -> Path:
-    """Return where an absolute path lies below a folder."""
+    """Return the place of an absolute path below a folder."""
     return root / Path(path).relative_to(Path(path).anchor)

@@ -1,4 +1,4 @@
-"""What a batch has to do: its logs, each with the key of all that determines its result."""
+"""Plan of a batch: its logs, each with the key of all that determines its result."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -104,6 +104,6 @@ def _from_here(path: Path) -> Path:
 
 
 def inside(name: str) -> Path:
-    """Return where the workspace of a log lies in the batch's folder, wherever the log does."""
+    """Return the folder of a log's workspace below the batch's folder."""
     parts = [p for p in Path(name).parts if p not in (".", Path(name).anchor)]
     return Path(*("__" if p == ".." else p for p in parts))

@@ -30,7 +30,7 @@ from mrfit.settings.batch import Settings as Settings
 
 @dataclass(frozen=True)
 class Stages:
-    """How every log is read and fitted."""
+    """Settings with which every log is read and fitted."""
 
     ingest: ingest_stage.Settings
     fit: fit_stage.Settings

@@ -142,7 +142,7 @@ class _Fault(Exception):
 
 
 class _Counter:
-    """Tell how far a data set is, file by file."""
+    """Report the progress of a data set, file by file."""
 
     def __init__(self, progress: Progress, what: str, before: int, total: int) -> None:
         self.progress, self.what, self.before, self.total = progress, what, before, total
@@ -186,7 +186,7 @@ def _folder(folder: Path) -> Iterator[None]:
 
 
 def _bring_all(chosen: DataSet, folder: Path, name: str, progress: Progress) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return what became of each file, and what is wrong with those that are not available."""
+    """Return the state of each file, and the fault of those that are not available."""
     files, faults, done = [], [], 0
     for entry in chosen.files:
         counter = _Counter(progress, f"fetch {name}  {entry.name}", done, chosen.size)
@@ -200,7 +200,7 @@ def _bring_all(chosen: DataSet, folder: Path, name: str, progress: Progress) -> 
 
 
 def _bring(entry: CatalogFile, path: Path, counter: _Counter) -> dict[str, Any]:
-    """Return what became of one file, fetching it unless it is there and right."""
+    """Fetch one file unless it is there and right, and return its state."""
     before = _sha256(path)
     state = "there" if before == entry.sha256 else "replaced" if before else "fetched"
     if state != "there":

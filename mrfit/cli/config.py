@@ -161,7 +161,7 @@ class SheetTable:
 
 @dataclass(frozen=True)
 class PipelineFile:
-    """What a pipeline file asks for; its paths are relative to its folder, but for ``work``.
+    """Content of a pipeline file; its paths are relative to its folder, but for ``work``.
 
     Attributes
     ----------

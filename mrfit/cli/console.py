@@ -1,4 +1,4 @@
-"""What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
+"""Output for a person at the terminal: progress bars on standard error, tables and summaries on standard output."""
 
 import gc
 import io
@@ -25,7 +25,7 @@ from mrfit.io.memory import on_need
 
 @dataclass
 class Verbosity:
-    """How much a command prints.
+    """Amount and form of a command's output.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class Lines:
         self.due: dict[str, float] = {}
 
     def __call__(self, what: str, done: int, total: int) -> None:
-        """Say how far a task is, if it is time to."""
+        """Report the progress of a task, if it is time to."""
         task, now = what.split("  ")[0], self.clock()
         start = self.started.setdefault(task, now)
         spent = now - start

@@ -54,7 +54,7 @@ def export(
 
 @dataclass(frozen=True)
 class Place:
-    """Where an export goes, and what of a fit it takes."""
+    """Folder of an export, and the part of a fit that it takes."""
 
     out: Path | None
     condition: str
@@ -112,7 +112,7 @@ def check_all_made(summary: "Exported") -> None:
 
 
 def show(summary: "Exported") -> None:
-    """Print what was written."""
+    """Print the files of every format and their differences."""
     rows = [[row.format, _few(row.files), row.error] for row in summary.formats]
     title = f"{summary.model} of the fit {summary.fit}, in {summary.folder}"
     console.print_table(title, ["format", "files", "difference / range"], rows)

@@ -23,14 +23,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 @dataclass(frozen=True)
 class Default:
-    """What an option of several commands is where it is not written."""
+    """Default of an option of several commands."""
 
     value: object
 
 
 @dataclass(frozen=True)
 class Only:
-    """Which fields of its settings are options of a command; the others are at their defaults."""
+    """Fields of its settings that are options of a command; the others are at their defaults."""
 
     fields: tuple[str, ...]
 
@@ -110,7 +110,7 @@ class Answer:
         self.result, self.show, self.more, self.check = result, show, more, check
 
     def give(self) -> None:
-        """Print the result, as JSON_OPTION alone or for a person; raise what ``check`` finds wrong in it."""
+        """Print the result, as JSON alone or for a person; raise what ``check`` finds wrong in it."""
         console.print_json(self.result) if console.VERBOSITY.as_json else self.show(self.result, *self.more)
         if self.check:
             self.check(self.result)
@@ -184,7 +184,7 @@ def _keyword(name: str, default: object, annotation: object) -> inspect.Paramete
 
 @contextmanager
 def _told_of_replaced(command: str) -> Iterator[None]:
-    """Say which files a command has written over others of other content, where it names them by what they show."""
+    """List the files that a command has replaced by other content, where it names them by what they show."""
     if command not in logbook.NAMED:
         yield
         return
@@ -198,7 +198,7 @@ def _told_of_replaced(command: str) -> Iterator[None]:
 
 
 def set_verbosity(quiet: bool, verbose: bool) -> None:
-    """Say how much the command prints.
+    """Set the amount of a command's output.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def _fields(name: str, hint: Any, written: object) -> list[SettingField]:
 
 
 def _argument(name: str, hint: Any, written: object, values: Mapping[str, Any]) -> object:
-    """Return what a command gets for one of its parameters, of the values of its options."""
+    """Return the argument for one parameter of a command, from the values of its options."""
     fields = _fields(name, hint, written)
     if not fields:
         return values[name]

@@ -1,4 +1,4 @@
-"""What each command prints for a person."""
+"""Output of each command for a person."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,7 +29,7 @@ def _state(summary: Summary) -> str:
 
 
 def ingest(summary: Summary, work: Path) -> None:
-    """Print what was read and what was odd about it."""
+    """Print the recordings that were read and their oddities."""
     rows = [
         [r["id"], r["reader"], r["rows_kept"], r["rows_refused"], r["dt"], channels_text(r), condition_text(r)]
         for r in summary["recordings"]
@@ -64,7 +64,7 @@ def _say_once(findings: Iterable[str]) -> None:
 
 
 def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
-    """Say which logs, of these with their channels, no model can take anything of."""
+    """Name the logs, of these with their channels, that hold no channel of a model."""
     unnamed = [log for log, channels in logs if not {*channels} & {*CHANNELS}]
     if unnamed:
         more = f" and {len(unnamed) - 1} more" if len(unnamed) > 1 else ""
@@ -73,7 +73,7 @@ def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
 
 
 def copy_text(copy: Summary) -> str:
-    """Return what became of a log that holds the same bytes as another one."""
+    """Return the treatment of a log that holds the same bytes as another one, in words."""
     if copy["read"]:
         why = "but its name or settings make another test of it: both are kept; if one is wrong, ingest without it"
         return f"{copy['source']}: the same bytes as {copy['of']}, {why} into another --work folder"
@@ -81,7 +81,7 @@ def copy_text(copy: Summary) -> str:
 
 
 def suggestion(summary: Summary) -> None:
-    """Print where a suggested channel map lies."""
+    """Print the path of a suggested channel map."""
     conclude(f"Channel map to start from: {summary['map']}; check every line of it, then run `mrfit ingest` again")
 
 
@@ -91,14 +91,14 @@ def channels_text(recording: Summary) -> str:
 
 
 def condition_text(recording: Summary) -> str:
-    """Return what is known of the test in one line."""
+    """Return the condition of the test in one line."""
     from mrfit.ingest.meaning.conditions import condition_words
 
     return condition_words(recording.get("condition", {}), [c["name"] for c in recording["channels"]])
 
 
 def preview(rows: "Sequence[Preview]") -> None:
-    """Print what would be read, what is odd about it, and which files would be refused, each remedy once."""
+    """Print a preview: logs, their oddities, and the files that would be refused, each remedy once."""
     read = [r for r in rows if r.reader != "refused"]
     columns = ("source", "reader", "channels", "rate", "rows", "refused", "start", "condition")
     if read:
@@ -118,7 +118,7 @@ def preview(rows: "Sequence[Preview]") -> None:
 
 
 def flux(summary: Summary, work: Path) -> None:
-    """Print how flux linkage was reconstructed."""
+    """Print the reconstruction of flux linkage."""
     names = ("id", "action", "resistance", "resistance_source", "offset_volt", "closure_rms", "loop_area")
     columns = ("recording", "what was done", "R (Ω)", "R from", "offset (V)", "closure (Wb)", "loop area (J)")
     rows = [numbers(r, names) for r in summary["recordings"]]
@@ -222,7 +222,7 @@ def predict(summary: Summary) -> None:
 
 
 def outdated(reasons: Mapping[str, str]) -> None:
-    """Print why fits are out of date, by name; of those that are not the reason is empty."""
+    """Print the reasons of fits that are out of date, by name; an empty reason prints nothing."""
     for name, reason in reasons.items():
         if reason:
             say(f"  warning outdated: {name}: {reason}: fit again")
@@ -332,7 +332,7 @@ def discover(summary: Summary, work: Path) -> None:
 
 
 def advise(summary: Summary) -> None:
-    """Print which tests would settle what a discovery left open."""
+    """Print the tests that would settle what a discovery left open."""
     if summary.get("outdated"):
         say(f"  warning outdated: {summary['reason']}: discover again")
     if not summary["advice"]:
@@ -348,14 +348,14 @@ def advise(summary: Summary) -> None:
 
 
 def report(summary: Summary, work: Path) -> None:
-    """Print where the report lies, and which of its fits are older than the data."""
+    """Print the path of the report, and those of its fits that are older than the data."""
     outdated(summary["reasons"])
     _notes(summary)
     conclude(f"Report{_state(summary)}: {summary['index']}")
 
 
 def status(summary: Summary) -> None:
-    """Print what each step of a workspace left, what it used, and why it is out of date."""
+    """Print the steps of a workspace: result, settings, and the reason where one is out of date."""
     rows = [
         [s["step"], s["name"], s["holds"], settings_text(s["settings"]), s["code"][:8] or None, not s["outdated"]]
         for s in summary["steps"]
@@ -382,7 +382,7 @@ def _setting(value: object) -> str:
 
 
 def remove(summary: Summary) -> None:
-    """Print which fits were taken out, and which are left."""
+    """Print the fits that were taken out, and those that are left."""
     done = "Would be removed from" if summary["dry_run"] else "Removed from"
     say(f"{done} {summary['work']}: {', '.join(summary['removed'])}")
     say(f"Fits left: {', '.join(summary['left']) or 'none'}")
@@ -445,7 +445,7 @@ def _megabytes(size: int) -> str:
 
 
 def dataset(summary: Summary) -> None:
-    """Print where a data set lies, how to cite it, and what to type next."""
+    """Print folder, citation and next command of a data set."""
     names = ("name", "size", "state", "sha256")
     shown = [numbers({**f, "size": _megabytes(f["bytes"])}, names) for f in summary["files"]]
     print_table(f"{summary['name']} in {summary['folder']}", ("file", "size", "what was done", "SHA-256"), shown)

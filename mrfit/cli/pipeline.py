@@ -34,7 +34,7 @@ Summary = dict[str, Any]
 
 @dataclass(frozen=True)
 class Overrides:
-    """What the command line changes in a pipeline file: logs, workspace, worker threads."""
+    """Changes of a pipeline file by the command line: logs, workspace, worker threads."""
 
     logs: Sequence[Path] | None = None
     work: Path | None = None
@@ -121,7 +121,7 @@ def fit(
 
 
 def _settings_of(workspace: Workspace, name: str) -> dict[str, Any]:
-    """Return what a fit that is there was made with; nothing where none is, or it is damaged."""
+    """Return the settings of an existing fit; nothing where there is none, or it is damaged."""
     from mrfit.io.schemas.fit import Fit
     from mrfit.io.schemas.reading import reusable
 
@@ -139,7 +139,7 @@ def _replaced(what: str, before: Mapping[str, Any], after: Mapping[str, Any]) ->
 def discover(
     work: Path, settings: mrfit.settings.discover.Settings, resistance: float | str | None, progress: Progress
 ) -> Summary:
-    """Find what a model lacks and draw the page, running flux and segment first, with the settings they last had."""
+    """Run a discovery and draw its page, after flux and segment with the settings they last had."""
     from mrfit.discover import stage as discover_stage
 
     workspace = Workspace(work)
@@ -152,7 +152,7 @@ def discover(
 
 
 def _last_discovery(workspace: Workspace) -> dict[str, Any]:
-    """Return what the discovery that is there was made with; nothing where none is, or it is damaged."""
+    """Return the settings of an existing discovery; nothing where there is none, or it is damaged."""
     from mrfit.io.schemas.discovery import DiscoveryFile
     from mrfit.io.schemas.reading import reusable
 
@@ -244,7 +244,7 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
 
 @dataclass(frozen=True)
 class ToPredict:
-    """Which fit is to predict, and the name under which the workspace keeps what it says; empty for none."""
+    """Fit that is to predict, and the name under which the workspace keeps the prediction; empty for none."""
 
     fit: str
     save: str = ""
@@ -310,7 +310,7 @@ def predict(
 def _read_as_fitted(
     workspace: Workspace, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings
 ) -> tuple[mrfit.settings.ingest.Settings, list[str]]:
-    """Return how logs are read: by the workspace's channel map where there is no other, and what is told of it."""
+    """Return the settings to read logs, with the workspace's channel map where there is no other, and a note on it."""
     import mrfit.ingest.stage
     from mrfit.io.atomic import refuse_link
 
@@ -329,7 +329,7 @@ def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mr
 
 
 def status(work: Path, progress: Progress) -> Summary:
-    """Return what the workspace holds, what each step used, and what is out of date and why."""
+    """Return the steps of the workspace: result, settings, and the reason where one is out of date."""
     from mrfit.cli.status import status as look
 
     return {"work": str(work), "steps": [asdict(step) for step in look(Workspace(work), progress)]}

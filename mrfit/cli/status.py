@@ -1,4 +1,4 @@
-"""What a workspace holds, what each step used, and which of it is out of date and why; nothing is written."""
+"""State of a workspace: results, settings, and reasons where they are out of date; nothing is written."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
@@ -25,7 +25,7 @@ SHOWN = 3
 
 @dataclass(frozen=True)
 class Step:
-    """What one step left in a workspace.
+    """Result of one step in a workspace.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Step:
 
 
 def status(workspace: Workspace, progress: Progress = silent) -> list[Step]:
-    """Return what every step left in a workspace, in the order of the steps.
+    """Return the result of every step in a workspace, in the order of the steps.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
 
 
 def _fit_reason(workspace: Workspace, name: str, rows: Sequence["ModelErrors"], inputs: Inputs) -> str:
-    """Return why what a comparison says of a fit, its ``rows`` of errors, does no longer hold."""
+    """Return the reason why the ``rows`` of errors of a fit in a comparison no longer hold."""
     if name not in workspace.fit_names():
         return f"the fit {name} is gone"
     fit = workspace.stored_fit(name)
@@ -254,7 +254,7 @@ def _report(workspace: Workspace, inputs: Inputs) -> Step | None:
 
 
 def _old(workspace: Workspace, report: ReportFile, inputs: Inputs) -> str:
-    """Return why a report is out of date."""
+    """Return the reason why a report is out of date."""
     names = report.fits
     if gone := [n for n in names if n not in workspace.fit_names()]:
         return f"a fit it shows is gone: {', '.join(gone)}"

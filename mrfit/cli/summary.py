@@ -13,21 +13,21 @@ def count(number: int, what: str, several: str = "") -> str:
 
 
 def ingest(summary: Summary, work: Path) -> str:
-    """Return how many recordings were read from how many logs."""
+    """Return the numbers of recordings and of logs that were read."""
     rows, refused = summary["recordings"], len(summary["refused"])
     read = f"{count(len(rows), 'recording')} of {count(len({r['source'] for r in rows}), 'log')} in {work}"
     return f"{read}, {count(refused, 'file')} refused" if refused else read
 
 
 def flux(summary: Summary, work: Path) -> str:
-    """Return what was done with how many recordings."""
+    """Return the number of recordings by the action taken."""
     actions = [r["action"] for r in summary["recordings"]]
     done = ", ".join(f"{actions.count(a)} {a}" for a in dict.fromkeys(actions))
     return f"Flux linkage in {work}: {done or 'no recordings'}"
 
 
 def segment(summary: Summary, work: Path) -> str:
-    """Return how many segments and conditions there are, and how many are held out."""
+    """Return the numbers of segments, of conditions, and of those held out."""
     rows = summary["segments"]
     held = len({s["condition"] for s in rows if s["role"] == "holdout"})
     conditions = count(len({s["condition"] for s in rows}), "condition")
@@ -67,7 +67,7 @@ def compare_models(summary: Summary) -> str:
 
 
 def status(summary: Summary) -> str:
-    """Return how many steps have run and how many are out of date."""
+    """Return the numbers of steps that have run and that are out of date."""
     steps = summary["steps"]
     old = sum(bool(s["outdated"]) for s in steps)
     return f"{count(len(steps), 'step')} in {summary['work']}, {old or 'none'} out of date"

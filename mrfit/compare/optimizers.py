@@ -151,7 +151,7 @@ def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) 
 
 @dataclass(frozen=True)
 class _Share:
-    """What one worker does of a comparison: the runs of one optimizer on one condition."""
+    """Work item of a comparison: the runs of one optimizer on one condition."""
 
     name: str
     prepared: fit_stage.FitPreparation
@@ -206,7 +206,7 @@ def _one_run(
 
 
 def start_point(cube: Cube, seed: int) -> Array:
-    """Return where a seed starts: the model's own start for seed 0, else a random point of the cube, shape (F,)."""
+    """Return the start of a seed: the model's own for seed 0, else a random point of the cube, shape (F,)."""
     return cube.start if seed == 0 else np.random.default_rng(seed).random(len(cube.free))
 
 

@@ -13,7 +13,7 @@ from mrfit.report.svg import inline
 
 
 class Told(Protocol):
-    """What is said of a model."""
+    """Row about a model."""
 
     @property
     def model(self) -> str:
@@ -21,7 +21,7 @@ class Told(Protocol):
 
 
 def labels(rows: Sequence[ModelRow]) -> dict[str, str]:
-    """Return what fits are called beside each other: their model's name, or their own where several have the model."""
+    """Return short names of fits beside each other: the model's, or the fit's own where several have the model."""
     count = Counter((row.output, row.model) for row in rows)
     return {row.fit: row.model if count[row.output, row.model] == 1 else row.fit for row in rows}
 

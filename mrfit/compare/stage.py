@@ -120,7 +120,7 @@ def _kept(workspace: Workspace, before: ModelsFile | None, now: Collection[str])
 
 @dataclass(frozen=True)
 class Tried:
-    """What became of the models.
+    """Outcome of fitting every model.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What of the data a figure shows: which segment, which cycles, how many points, in which unit, in which panels."""
+"""Choice of the data of a figure: segment, cycles, points, units and panels."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""How well the data determine the parameters of a fit, in words and numbers."""
+"""Determination of a fit's parameters by the data, in words and numbers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from mrfit.report.numbers import in_html, significant, with_interval
 
 
 def words_of(q: Quantity) -> str:
-    """Return how well a parameter is determined in words, empty where it is well or held."""
+    """Return the state of a parameter in words, empty where it is well determined or held."""
     if q.determined is State.NOT:
         return "not determined"
     if q.determined is not State.POORLY:
@@ -43,7 +43,7 @@ def measured(p: EffectParameter | Quantity) -> str:
 
 @dataclass(frozen=True)
 class Count:
-    """How many parameters the data determine.
+    """Numbers of parameters that the data determine well, poorly and not.
 
     Attributes
     ----------
@@ -66,19 +66,19 @@ class Count:
 
 
 def counted(quantities: Iterable[Quantity]) -> Count:
-    """Return how many of the parameters that were fitted the data determine."""
+    """Return the count of fitted parameters by their state."""
     states = [q.determined for q in quantities]
     numbers = [states.count(s) for s in (State.WELL, State.POORLY, State.NOT)]
     return Count(sum(numbers), *numbers)
 
 
 def count_of(fit: Fit) -> Count:
-    """Return how many parameters of a fit, of all its sets together, the data determine."""
+    """Return the count of a fit's parameters by their state, all sets together."""
     return counted(q for result in fit.results for q in result.parameters)
 
 
 def sentences(fit: Fit) -> list[str]:
-    """Return how many parameters and derived quantities the data determine, and which of one set only poorly."""
+    """Return sentences on the parameters and derived quantities that the data determine, or determine poorly."""
     count = count_of(fit)
     text = f"The data determine {count.well} of {count.free} parameters well"
     text += "".join(f", {n} {word}" for n, word in ((count.poorly, "poorly"), (count.undetermined, "not")) if n)

@@ -47,7 +47,7 @@ TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
 
 @dataclass(frozen=True)
 class Page:
-    """Where the page is, and whether it was there and nothing it shows had changed."""
+    """Path of the page, and whether it was there already and nothing it shows had changed."""
 
     path: Path
     skipped: bool = False
@@ -55,7 +55,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Advice:
-    """Which tests would settle what a discovery left open, whether it is out of date, and why."""
+    """Tests that would settle what a discovery left open, whether it is out of date, and why."""
 
     base_model: str
     verdict: str
@@ -223,7 +223,7 @@ class LawRow:
 
 @dataclass(frozen=True)
 class Law:
-    """What the page says of effects beside an open law."""
+    """Content of the page on effects beside an open law."""
 
     sentences: list[str]
     tested: tuple[TestedRow, ...] = ()
@@ -270,7 +270,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Confusion:
-    """What the data confuse.
+    """Effects that the data confuse.
 
     Attributes
     ----------
@@ -334,7 +334,7 @@ def _physical(value: float, discovery: Discovery) -> str:
 
 
 def _dependence(dependence: DiscoveryDependence | None) -> str:
-    """Return how the base's parameters depend on current, as in ``fy of order 2, c of order 2, 0 to 2 A``."""
+    """Return the orders of the base's parameters over current, as in ``fy of order 2, c of order 2, 0 to 2 A``."""
     if not dependence:
         return ""
     varied = ", ".join(f"{name} of order {_order(order)}" for name, order in dependence.orders if order)

@@ -369,7 +369,7 @@ def _window(part: Part) -> slice:
 
 @dataclass(frozen=True)
 class _Panels:
-    """What a figure of panels is called, its axes, and whether these are shared."""
+    """Names and axes of a figure of panels, and whether the axes are shared."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""What the discover stage left in the workspace, read for its page: the decision, and every sample's error."""
+"""Results of a discovery, read from the workspace for its page: the decision, and every sample's error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from mrfit.signal.smoothing import smooth
 
 @dataclass(frozen=True)
 class Contribution:
-    """What an effect that is not named does to the output of a segment, in the fit in which it had its proof.
+    """Change of a segment's output by an effect that is not named, in the fit in which it had its proof.
 
     Attributes
     ----------

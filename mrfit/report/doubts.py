@@ -1,4 +1,4 @@
-"""What ingest found of the recordings of a fit that changes its physics, so that it stands beside the verdict."""
+"""Findings of ingest that change the physics of a fit, shown beside the verdict."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -88,7 +88,7 @@ def takes_of(found: DiscoveryFile, row: Candidate) -> tuple[float | None, str, s
 
 
 def unjudged(found: DiscoveryFile) -> list[str]:
-    """Return which effects the data cannot show, and why; nothing where all is explained by effects that are named."""
+    """Return the effects that the data cannot show, with reasons; nothing where named effects explain all."""
     reasons: dict[str, list[str]] = {}
     for c in found.candidates:
         if c.reason.startswith(UNJUDGED):
@@ -99,7 +99,7 @@ def unjudged(found: DiscoveryFile) -> list[str]:
 
 
 def _partial(found: DiscoveryFile) -> str:
-    """Say what the effects that had proof, but leave too much to be named, would take."""
+    """Describe the gap that effects with proof, which leave too much to be named, would take."""
     said: dict[str, str] = {}
     for suspect in found.suspects:
         values = ", ".join(f"{row.name} = {row.value}" for row in parameter_rows(suspect))

@@ -98,7 +98,7 @@ def _draw(drawing: Drawing, progress: Progress) -> Figure:
 
 
 def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
-    """Return what makes every figure of a fit.
+    """Return the functions that draw every figure of a fit.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _drawn(fit: Fit, shown: Sequence[Series], note: str, number: int) -> Figure:
 
 
 def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
-    """Return what makes every figure of a fit from one part of each condition."""
+    """Return the functions that draw every figure of a fit from one part of each condition."""
     drawings: list[Drawing] = []
     if has_errors(fit):
         drawings.append(partial(error_figure, fit))
@@ -439,7 +439,7 @@ def _heading(one: Series, nrmse: float | None, width: int) -> str:
 
 
 def _part(page: Sequence[Series], number: int, total: int) -> str:
-    """Return what sets one of several figures apart: the family of conditions it shows, or its number."""
+    """Return the subtitle of one of several figures: the family of conditions it shows, or its number."""
     if total == 1:
         return ""
     families = {family(one) for one in page}
@@ -447,7 +447,7 @@ def _part(page: Sequence[Series], number: int, total: int) -> str:
 
 
 def columns_of(panels: int) -> int:
-    """Return how many columns of panels a figure of so many has."""
+    """Return the number of columns of a figure of so many panels."""
     if panels <= 2:
         return panels
     return 2 if panels == 4 else 3 if panels <= 9 else 4

@@ -1,4 +1,4 @@
-"""What a discovery tells beside a law that may be off, in words: effects whatever the law is, the law, other laws."""
+"""Sentences of a discovery beside a law that may be off: effects whatever the law is, the law, other laws."""
 
 from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ ANY_LAW = "any law may have it"
 
 
 def law_sentences(found: DiscoveryFile) -> list[str]:
-    """Return what is said of effects that stand whatever the law is, and of the law."""
+    """Return sentences on effects that hold whatever the law is, and on the law."""
     if found.verdict == "none":
         return []
     said = [_effect(found, e) for e in found.invariance.named] if found.invariance else []
@@ -53,7 +53,7 @@ def nearer_law(found: DiscoveryFile) -> OtherLaw | None:
 
 
 def other_law_sentences(found: DiscoveryFile) -> list[str]:
-    """Return which other base takes how much of the gap, with the command that goes on from it."""
+    """Return sentences on other bases: their share of the gap, and the command that goes on from each."""
     said = []
     for law in found.other_laws:
         beside = (
@@ -68,7 +68,7 @@ def other_law_sentences(found: DiscoveryFile) -> list[str]:
 
 
 def other_base_sentences(found: DiscoveryFile) -> list[str]:
-    """Return what another base lacks that was taken as exact; nothing where none was."""
+    """Return sentences on effects that another base lacks, which was taken as exact; nothing where none was."""
     other = found.other_base
     if other is None:
         return []
@@ -139,7 +139,7 @@ def _broken(found: DiscoveryFile) -> list[str]:
 
 
 def broken_words(invariance: str) -> str:
-    """Return what breaks an invariance, in words."""
+    """Return the words for a broken invariance."""
     return BROKEN.get(invariance, f"breaks {invariance}")
 
 

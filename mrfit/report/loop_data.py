@@ -36,7 +36,7 @@ class _Pool:
     places: dict[tuple[float, float, str], int] = field(default_factory=dict)
 
     def place(self, values: Array) -> int:
-        """Return where an array stands in the pool."""
+        """Return the place of an array in the pool."""
         finite = np.where(np.isfinite(values), values, np.nan)
         known = finite[np.isfinite(finite)]
         low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
@@ -161,7 +161,7 @@ def _of_output(fits: Sequence[Fit], source: Source, pool: _Pool) -> Output:
 
 
 def _points(one: Series, channels: Sequence[str]) -> NDArray[np.int64]:
-    """Return which samples are drawn: evenly over two cycles, else those that keep the loops and every peak."""
+    """Return the samples to draw: evenly over two cycles, else those that keep the loops and every peak."""
     window = shown_cycles(one)
     count = len(one.time[window])
     if one.frequency > 0.0:

@@ -120,7 +120,7 @@ class QuantityRow:
 
 @dataclass(frozen=True)
 class SearchRow:
-    """How a set of parameters was found: cost, costs of starts and passivity in words, in the unit of the page."""
+    """Search of a set of parameters: cost, costs of starts and passivity in words, in the unit of the page."""
 
     result: Result
     cost: Cell
@@ -235,7 +235,7 @@ def _sets(sets: Sequence[tuple[str, Sequence[Quantity]]]) -> list[Sets]:
 
 
 def _facts(fit: Fit) -> list[tuple[str, str]]:
-    """Return what was run, as label and words."""
+    """Return the facts of a fit, as labels and words."""
     sets = "one set of parameters for all conditions" if fit.per == "all" else "one set of parameters per condition"
     facts = [
         ("Model", fit.model),

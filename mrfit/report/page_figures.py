@@ -25,7 +25,7 @@ FEW = 2
 
 
 def brief_drawings(fit: Fit, segments: Sequence[Segment]) -> list[Drawing]:
-    """Return what makes the figures of a fit that stands behind better ones: errors, parameters over a quantity."""
+    """Return the functions that draw a fit behind better ones: errors, parameters over a quantity."""
     return [*([partial(error_figure, fit)] if has_errors(fit) else []), *_over_quantity(fit, segments)]
 
 
@@ -38,7 +38,7 @@ def _over_quantity(fit: Fit, segments: Sequence[Segment]) -> list[Drawing]:
 
 
 def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment]) -> list[Drawing]:
-    """Return what makes the figures of a fit that follow its loops, those for which there are data."""
+    """Return the functions that draw the figures after a fit's loops, those for which there are data."""
     made = _over_quantity(fit, segments)
     finite = [s for s in worst_of_each(series) if s.error < float("inf") and s.error > 0.0]
     if finite:

@@ -1,4 +1,4 @@
-"""Where the data came from, as rows for the page: recordings and what was odd, flux reconstruction, segments."""
+"""Provenance of the data, as rows for the page: recordings and their oddities, flux reconstruction, segments."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class ResistanceRow:
 
 @dataclass(frozen=True)
 class FluxSection:
-    """What the page says of the flux: how, recording by recording, those not integrated, oddities, losses."""
+    """Rows and sentences on the flux: method, recordings, those not integrated, oddities, losses."""
 
     how: str = ""
     rows: Sequence[ResistanceRow] = ()

@@ -163,7 +163,7 @@ def above_best(rows: Sequence[Ranked], row: Ranked, name: str) -> float | None:
 
 
 def held_out(fit: Fit) -> str:
-    """Return what a fit was judged on that it did not see: whole conditions, or other cycles of those it did see."""
+    """Return the kind of hold-out data: whole conditions, or other cycles of fitted ones."""
     seen, judged = ({m.condition for m in fit.rows(role)} for role in ("train", "holdout"))
     if not judged:
         return HELD_OUT[3]

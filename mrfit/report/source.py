@@ -1,4 +1,4 @@
-"""What the earlier stages left in the workspace, checked as it is read: fits, series, logs, flux, segments."""
+"""Results of earlier stages in the workspace, checked as they are read: fits, series, logs, flux, segments."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -107,7 +107,7 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
 
 
 def _check_room(workspace: Workspace, fits: list[Fit]) -> None:
-    """Say what the samples of all fits take; a table that cannot be read is passed over, reading it says more."""
+    """Check the memory for the samples of all fits; a damaged table is passed over, since reading it says more."""
     import pyarrow.parquet as pq
 
     size = 0.0

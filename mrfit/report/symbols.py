@@ -16,7 +16,7 @@ LETTER = rf"{'|'.join([*GREEK, *CAPITALS])}|[A-Za-z]"
 
 
 def typeset(name: str) -> str:
-    r"""Return what a name spells as LaTeX math without dollar signs, as ``C_\infty`` and ``g_\mathrm{yield}``.
+    r"""Return a name as LaTeX math without dollar signs, as ``C_\infty`` and ``g_\mathrm{yield}``.
 
     A letter, or a Greek one by name, with an index of digits, one letter, ``inf`` or a word; empty for other names.
     """

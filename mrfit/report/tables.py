@@ -108,7 +108,7 @@ def _level(current: float, side: int = 0) -> Cell:
 
 
 def _meaning(q: Quantity) -> Cell:
-    """Return what a parameter means, without the current at which it is given."""
+    """Return the meaning of a parameter, without the current at which it is given."""
     if node_of(q.name) is not None:
         return words(q.text.rpartition(" at ")[0])
     power = re.match(r"coefficient of i\^(\d)", q.text)
@@ -165,7 +165,7 @@ MARKS: Sequence[tuple[str, str, Callable[[Quantity], bool]]] = (
 
 
 def _note(quantities: Sequence[Quantity]) -> str:
-    """Return what the digits and the signs of a table mean, those that are in it."""
+    """Return the legend of the digits and signs in a table."""
     said = [f"$^{mark}$ {text}" for mark, text, applies in MARKS if any(map(applies, quantities))]
     known = any(q.low is not None and q.high is not None and not q.fixed for q in quantities)
     digits = [r"$\pm$ is half of the 95\,\% interval"] if known else []

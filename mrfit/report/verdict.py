@@ -40,7 +40,7 @@ METHODS = {
 
 
 def _floors(fit: Fit) -> list[str]:
-    """Return how the noise floors were found, with the widest bounds, unless all are from the difference of cycles."""
+    """Return the origin of the noise floors, with the widest bounds, unless all are from the difference of cycles."""
     used = [s for result in fit.results for s in result.segments if s.noise_floor_method]
     counts = Counter(s.noise_floor_method for s in used)
     if set(counts) <= {"cycles"}:
@@ -127,7 +127,7 @@ def _where(conditions: list[str], total: int) -> str:
 
 
 def open_directions(fit: Fit) -> list[tuple[str, str]]:
-    """Return what the data leave open as (condition, sentence), for every set of parameters that is not full rank."""
+    """Return sentences on open directions, each with its condition, for sets of parameters not of full rank."""
     said = []
     for result in fit.results:
         conditioning = result.conditioning

@@ -11,7 +11,7 @@ from mrfit.settings.shared import Seed
 
 @dataclass(frozen=True)
 class Settings:
-    """What to advise on.
+    """Settings of an advice.
 
     Attributes
     ----------

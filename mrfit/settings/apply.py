@@ -9,7 +9,7 @@ from mrfit.errors import ConfigError
 
 @dataclass(frozen=True, slots=True)
 class Amplifier:
-    """What coil and amplifier allow.
+    """Limits of coil and amplifier.
 
     Attributes
     ----------

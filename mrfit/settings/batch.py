@@ -11,7 +11,7 @@ from mrfit.settings.shared import Resistance
 
 @dataclass(frozen=True)
 class Settings:
-    """What is kept of every log.
+    """Settings of a batch: what it keeps of every log.
 
     Attributes
     ----------

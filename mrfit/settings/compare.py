@@ -21,7 +21,7 @@ Seeds = Annotated[int, Setting("Runs of each optimizer, from different starts.",
 
 @dataclass(frozen=True)
 class Settings:
-    """Which models to compare, and how they are fitted.
+    """Models to compare, and the settings of their fits.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def _written(value: object) -> str:
 
 @dataclass(frozen=True)
 class OfOptimizers:
-    """Which optimizers to compare, on which fit.
+    """Optimizers to compare, and the fit they are compared on.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class OfOptimizers:
 
 @dataclass(frozen=True)
 class _First:
-    """What says which comparison is asked for; it comes first in the help."""
+    """Options that choose the comparison; they come first in the help."""
 
     models: Models = ()
     optimizers: Annotated[Names, Setting("Instead: optimizers by commas, on one --model.", form=NAMES)] = ()
@@ -115,7 +115,7 @@ class _First:
 
 @dataclass(frozen=True)
 class Asked(Settings, _First):
-    """What the command takes: the settings of either comparison."""
+    """Options of the command: the settings of either comparison."""
 
     models: Models = ()
     bounds: Bounds = ()

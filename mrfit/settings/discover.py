@@ -9,7 +9,7 @@ from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
 
 @dataclass(frozen=True)
 class Settings:
-    """What to look for.
+    """Settings of a discovery.
 
     Attributes
     ----------

@@ -8,7 +8,7 @@ from mrfit.core.setting import Setting
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What the formats of an export may be told.
+    """Settings of the formats of an export.
 
     Attributes
     ----------

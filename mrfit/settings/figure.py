@@ -11,7 +11,7 @@ KINDS = ("loops", "parameters", "predicted", "correlation", "starts", "profiles"
 
 @dataclass(frozen=True)
 class Settings:
-    """What a figure shows.
+    """Settings of a figure.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ Only = Annotated[str, Setting("Segments by peak velocity, by condition, or both.
 
 @dataclass(frozen=True)
 class Settings:
-    """What to fit and how.
+    """Settings of a fit.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ DRIFTS, RULES = get_args(Drift), get_args(Rule)
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How flux linkage is reconstructed.
+    """Settings of the reconstruction of flux linkage.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ BLOCK = 8 << 20
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How to read logs.
+    """Settings to read logs.
 
     Attributes
     ----------

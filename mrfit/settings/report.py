@@ -10,7 +10,7 @@ from mrfit.settings.shared import Jobs
 
 @dataclass(frozen=True)
 class Settings:
-    """What to report.
+    """Settings of a report.
 
     Attributes
     ----------

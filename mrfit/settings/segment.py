@@ -8,7 +8,7 @@ from mrfit.core.setting import Setting
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How recordings are cut into segments.
+    """Settings to cut recordings into segments.
 
     Attributes
     ----------
