@@ -8,7 +8,7 @@ from mrfit.batch.figures import over_current, overview
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.numbers import in_html, natural, significant, unit_html
-from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import Drawn, Section, Table, hover_script
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import inline
 
@@ -62,7 +62,7 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         spread = [(*_named(g), *_spread(g)) for g in shown]
         found.append(_section("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups)))
     sections = [s for s in found if s.figures or s.tables[0].rows]
-    return render_sections("Batch", words, (), sections, "batch.json", hover=True)
+    return render_sections("Batch", words, (), sections, "batch.json", script=hover_script())
 
 
 _GROUP = ("Parameter", "Condition", "Unit")

@@ -8,7 +8,7 @@ from mrfit.compare.figures import convergence, error_map
 from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.ranking import has_diverged
-from mrfit.report.sections import Drawn, Section, Table, render
+from mrfit.report.sections import Drawn, Section, Table, hover_script, render
 from mrfit.report.svg import inline
 
 
@@ -62,7 +62,7 @@ def models_page(summary: ModelsFile) -> str:
         "fit is 100·(1 − ‖y − ŷ‖/‖y − ȳ‖). Best on held-out data first, those that could be judged on fewer samples "
         "after the others."
     )
-    return render("Models compared", words, (), sections, "compare.json, compare.csv", hover=True)
+    return render("Models compared", words, (), sections, "compare.json, compare.csv", script=hover_script())
 
 
 def _model_row(m: ModelRow) -> tuple[object, ...]:
@@ -99,7 +99,7 @@ def optimizers_page(summary: OptimizersFile) -> str:
     svg = inline(convergence(summary.curves, unit), "o", "Median best cost against evaluations")
     caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."
     costs = Section("Cost over the seeds", tables=[Table("", heads, cells)], figures=[Drawn("", caption, svg)])
-    return render("Optimizers compared", words, (), [costs], "optimizers.json, optimizers.csv", hover=True)
+    return render("Optimizers compared", words, (), [costs], "optimizers.json, optimizers.csv", script=hover_script())
 
 
 def _number(value: float | None) -> str:

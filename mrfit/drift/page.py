@@ -11,7 +11,7 @@ from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
 from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
 from mrfit.report.numbers import in_html, significant, unit_html
-from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import Drawn, Section, Table, hover_script
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 
@@ -56,7 +56,7 @@ def render(found: DriftFile, trends: Sequence[Trend]) -> str:
         f"population, each with the variance of its fit. Chance names a drift in {DRIFT_LEVEL:.1%} of comparisons. "
         "Deviations and changes are shares of the value where its scale is logarithmic."
     )
-    return render_sections("Drift and units", words, (), sections, "drift.json, drift.csv", hover=True)
+    return render_sections("Drift and units", words, (), sections, "drift.json, drift.csv", script=hover_script())
 
 
 def slope_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:

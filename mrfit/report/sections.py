@@ -66,12 +66,8 @@ def render(
     sections: Sequence[Section],
     file: str,
     script: str = "",
-    hover: bool = False,
 ) -> str:
-    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures.
-
-    With ``hover`` its figures say their values under the pointer, as those of the report do.
-    """
+    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures."""
     template = template_of(TEMPLATE.with_name("sections.html.jinja"))
     return template.render(
         title=title,
@@ -80,7 +76,6 @@ def render(
         sections=sections,
         file=file,
         script=script,
-        hover=hover,
         version=version("mrfit"),
         verdicts=VERDICTS,
     )
@@ -90,6 +85,11 @@ def _is_number(value: object) -> bool:
     if isinstance(value, str):
         return NUMBER_SHOWN.fullmatch(value) is not None
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def hover_script() -> str:
+    """Return the script by which figures say their values under the pointer, as those of the report do."""
+    return TEMPLATE.with_name("page.js.jinja").read_text(encoding="utf-8")
 
 
 def cell(value: Any, digits: int = 3) -> str:
