@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrfit.cli import console, names
-from mrfit.cli.options import Answer, Only, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Only, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest
@@ -106,7 +106,7 @@ def invert(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Find the current for a desired force; without --law and --desired, for the force that the log measured.
 
     Example: mrfit apply invert --fit tanh.auto.all --sine 1:0.01 --law c=2e4
@@ -126,7 +126,7 @@ def invert(
         forces = wanted(damper, motion, series)
         found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
     summary = stage.invert(work, found)
-    return Answer(summary, _print_inversions)
+    return CommandAnswer(summary, _print_inversions)
 
 
 def _print_inversions(summary: "InvertFile") -> None:
@@ -173,7 +173,7 @@ def track(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
 
     Example: mrfit apply track --fit tanh.auto.all --sine 1:0.01 --law c=2e4 --law k=-1e5,c=1e4
@@ -199,7 +199,7 @@ def track(
     gains = tracking.Gains(proportional, integral)
     study = tracking.tracking(damper, answers, tasks, schemes, amplifier, gains, progress)
     summary = stage.track(work, study)
-    return Answer(summary, _print_tracking)
+    return CommandAnswer(summary, _print_tracking)
 
 
 def _print_tracking(summary: "TrackFile") -> None:
@@ -268,7 +268,7 @@ def quarter_car(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
 
     Example: mrfit apply quarter-car --fit tanh.auto.all --road bump,C
@@ -284,7 +284,7 @@ def quarter_car(
     damper = damper_named(work, fit)
     study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
     summary = stage.quarter_car(work, study)
-    return Answer(summary, _print_rides)
+    return CommandAnswer(summary, _print_rides)
 
 
 def _print_rides(summary: "QuarterCarFile") -> None:

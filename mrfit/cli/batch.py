@@ -9,7 +9,7 @@ import mrfit.settings.batch
 import mrfit.settings.fit
 import mrfit.settings.ingest
 from mrfit.cli import console
-from mrfit.cli.options import Answer, Default, Only, Plugins, options
+from mrfit.cli.options import CommandAnswer, Default, Only, Plugins, options
 from mrfit.core.progress import Progress
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def batch(
     work: Batch,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Fit every log of a folder, only what changed, and show what stands out among them.
 
     Example: mrfit batch datasets/coil --model boucwen-flux
@@ -40,7 +40,7 @@ def batch(
     from mrfit.batch import stage
 
     summary = stage.run(folder, work, settings, stage.Stages(reading, fitting), progress)
-    return Answer(summary, show)
+    return CommandAnswer(summary, show)
 
 
 def show(summary: "BatchFile") -> None:

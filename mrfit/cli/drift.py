@@ -7,7 +7,7 @@ import typer
 
 import mrfit.settings.drift
 from mrfit.cli import console
-from mrfit.cli.options import Answer, Default, Plugins, options
+from mrfit.cli.options import CommandAnswer, Default, Plugins, options
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.drift import DriftFile
@@ -27,7 +27,7 @@ def drift(
         Path, typer.Option("--out", help="Folder for drift.html, drift.csv and drift.json."), Default(OUT_OF_DRIFT)
     ],
     plugins: Plugins,
-) -> Answer:
+) -> CommandAnswer:
     """Compare fits: what drifts over cycles, temperature or time, which unit stands out, in which range all lie.
 
     Example: mrfit drift mrfit-batch/batch.parquet --over date
@@ -38,7 +38,7 @@ def drift(
     from mrfit.io.workspace import checked
 
     found, trends = compare(read_values(inputs, settings), settings)
-    return Answer(UnitComparison(checked(found), trends).save(out), _show)
+    return CommandAnswer(UnitComparison(checked(found), trends).save(out), _show)
 
 
 def _show(made: "DriftFile") -> None:

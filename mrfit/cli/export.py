@@ -9,7 +9,7 @@ import typer
 
 import mrfit.settings.export
 from mrfit.cli import console, names, output
-from mrfit.cli.options import Answer, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 
@@ -41,7 +41,7 @@ def export(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
 
     Example: mrfit export --fit tanh.auto.all --to c,fmu
@@ -49,7 +49,7 @@ def export(
     place = Place(out, condition, tuple(without or ()))
     formats = [name for text in to for name in text.split(",")]
     summary = exported(work, fit_name, formats, place, settings, progress)
-    return Answer(summary, show, check=check_all_made)
+    return CommandAnswer(summary, show, check=check_all_made)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import mrfit.settings.figure
-from mrfit.cli.options import Answer, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Plugins, Work, options
 
 
 @options()
@@ -17,11 +17,11 @@ def figure(
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: report/paper in the workspace.")] = None,
     work: Work,
     plugins: Plugins,
-) -> Answer:
+) -> CommandAnswer:
     """Draw loops, parameters, predicted, correlation of the residual, starts or profiles for print (PDF, SVG).
 
     Example: mrfit figure loops --overlay fits --width 84mm
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.figure(work, kind, settings, out), output.figure)
+    return CommandAnswer(pipeline.figure(work, kind, settings, out), output.figure)

@@ -22,8 +22,8 @@ from mrfit.cli.drift import drift
 from mrfit.cli.export import export
 from mrfit.cli.figure import figure
 from mrfit.cli.options import (
-    Answer,
     Catalog,
+    CommandAnswer,
     DataSet,
     Folder,
     Logs,
@@ -81,7 +81,7 @@ def ingest(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Read logs into recordings.
 
     Example: mrfit ingest datasets/coil/*.csv
@@ -93,39 +93,39 @@ def ingest(
         from mrfit.ingest import suggestion
 
         if not (console.VERBOSITY.as_json or sys.stdout.isatty()):
-            return Answer(suggestion.suggest(logs, settings), sys.stdout.write)
-        return Answer({"map": str(suggestion.write(logs, settings))}, output.suggestion)
+            return CommandAnswer(suggestion.suggest(logs, settings), sys.stdout.write)
+        return CommandAnswer({"map": str(suggestion.write(logs, settings))}, output.suggestion)
     if preview:
-        return Answer(preview_logs(logs, settings), output.preview)
+        return CommandAnswer(preview_logs(logs, settings), output.preview)
     if not settings.map and (text := project.unused_map(logs)):
         console.note(text)
     summary = pipeline.ingest(work, logs, settings, progress)
     files = pipeline.plot(work, progress) if plot else []
-    return Answer(summary | ({"plot": [str(path) for path in files]} if plot else {}), output.ingest, work)
+    return CommandAnswer(summary | ({"plot": [str(path) for path in files]} if plot else {}), output.ingest, work)
 
 
 @app.command()
 @options()
-def flux(settings: mrfit.settings.flux.Settings, work: Work, progress: Progress) -> Answer:
+def flux(settings: mrfit.settings.flux.Settings, work: Work, progress: Progress) -> CommandAnswer:
     """Reconstruct flux linkage by integrating u − i·R.
 
     Example: mrfit flux --resistance 2.1
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.flux(work, settings, progress), output.flux, work)
+    return CommandAnswer(pipeline.flux(work, settings, progress), output.flux, work)
 
 
 @app.command()
 @options()
-def segment(settings: mrfit.settings.segment.Settings, work: Work, progress: Progress) -> Answer:
+def segment(settings: mrfit.settings.segment.Settings, work: Work, progress: Progress) -> CommandAnswer:
     """Cut recordings into whole steady cycles by test condition.
 
     Example: mrfit segment --holdout 'sine-*-3A'
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.segment(work, settings, progress), output.segment, work)
+    return CommandAnswer(pipeline.segment(work, settings, progress), output.segment, work)
 
 
 @app.command()
@@ -137,14 +137,14 @@ def fit(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Fit a model; runs flux and segment first where they are due.
 
     Example: mrfit fit --model boucwen-flux --opt pso-fmin
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.fit(work, settings, resistance, progress), output.fit, work)
+    return CommandAnswer(pipeline.fit(work, settings, resistance, progress), output.fit, work)
 
 
 @app.command()
@@ -158,26 +158,28 @@ def predict(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Simulate a fitted model on other logs (free run), and report the errors where the output was measured.
 
     Example: mrfit predict --fit boucwen-flux.pso-fmin datasets/coil/coil_05Hz_3A.csv
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.predict(work, pipeline.ToPredict(fit_name, save), logs, settings, progress), output.predict)
+    return CommandAnswer(
+        pipeline.predict(work, pipeline.ToPredict(fit_name, save), logs, settings, progress), output.predict
+    )
 
 
 @app.command()
 @options()
-def report(settings: mrfit.settings.report.Settings, work: Work, plugins: Plugins, progress: Progress) -> Answer:
+def report(settings: mrfit.settings.report.Settings, work: Work, plugins: Plugins, progress: Progress) -> CommandAnswer:
     """Write tables (CSV, LaTeX), figures (SVG) and one HTML file.
 
     Example: mrfit report
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.report(work, settings, progress), output.report, work)
+    return CommandAnswer(pipeline.report(work, settings, progress), output.report, work)
 
 
 @app.command()
@@ -190,7 +192,7 @@ def run(
     jobs: Jobs,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Run every stage of a pipeline file in order.
 
     Example: mrfit run pipelines/coil-flux.toml
@@ -203,7 +205,7 @@ def run(
     summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
     # the file names the workspace
     logbook.append(Path(summary["work"]), time.monotonic() - started)
-    return Answer(summary, output.run, check=output.check_exports)
+    return CommandAnswer(summary, output.run, check=output.check_exports)
 
 
 @app.command()
@@ -215,14 +217,14 @@ def discover(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
 
     Example: mrfit discover --model boucwen-flux
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.discover(work, settings, resistance, progress), output.discover, work)
+    return CommandAnswer(pipeline.discover(work, settings, resistance, progress), output.discover, work)
 
 
 app.command()(advise)
@@ -238,7 +240,7 @@ def compare(
     work: Work,
     plugins: Plugins,
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Compare models on all conditions, or optimizers on one model.
 
     Example: mrfit compare --models all
@@ -247,20 +249,22 @@ def compare(
 
     if settings.models:
         models = pipeline.compare_models(work, settings.of_models, progress)
-        return Answer(models, output.compare_models, work)
-    return Answer(pipeline.compare_optimizers(work, settings.of_optimizers, progress), output.compare_optimizers, work)
+        return CommandAnswer(models, output.compare_models, work)
+    return CommandAnswer(
+        pipeline.compare_optimizers(work, settings.of_optimizers, progress), output.compare_optimizers, work
+    )
 
 
 @app.command()
 @options()
-def status(work: Work, plugins: Plugins, progress: Progress) -> Answer:
+def status(work: Work, plugins: Plugins, progress: Progress) -> CommandAnswer:
     """Show what the workspace holds, what each step used, and what is out of date and why.
 
     Example: mrfit status
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.status(work, progress), output.status)
+    return CommandAnswer(pipeline.status(work, progress), output.status)
 
 
 @app.command()
@@ -273,19 +277,21 @@ def remove(
     *,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be removed, and stop.")] = False,
     work: Work,
-) -> Answer:
+) -> CommandAnswer:
     """Take fits out of the workspace; `mrfit report` updates a report that shows them.
 
     Example: mrfit remove boucwen-flux.pso-fmin
     """
     from mrfit.cli import output, pipeline
 
-    return Answer(pipeline.remove(work, fits, dry_run), output.remove)
+    return CommandAnswer(pipeline.remove(work, fits, dry_run), output.remove)
 
 
 @app.command()
 @options()
-def datasets(*, name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, progress: Progress) -> Answer:
+def datasets(
+    *, name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, progress: Progress
+) -> CommandAnswer:
     """List public data sets, or fetch one: every file is checked against its SHA-256.
 
     Example: mrfit datasets mr_damper_utfsm
@@ -294,8 +300,8 @@ def datasets(*, name: DataSet = "", to: Folder = None, catalog_file: Catalog = N
 
     sets = catalog.read_catalog(catalog_file)
     if not name:
-        return Answer(catalog.rows(sets), output.datasets)
-    return Answer(catalog.fetch(sets, name, to, progress), output.dataset)
+        return CommandAnswer(catalog.rows(sets), output.datasets)
+    return CommandAnswer(catalog.fetch(sets, name, to, progress), output.dataset)
 
 
 @app.command("list")
@@ -304,14 +310,14 @@ def list_names(
     *,
     kind: Annotated[str, typer.Argument(help="models, effects, optimizers or readers.")] = "models",
     plugins: Plugins,
-) -> Answer:
+) -> CommandAnswer:
     """List all items of a kind, with their titles.
 
     Example: mrfit list models
     """
     from mrfit.cli import output
 
-    return Answer(output.registry_rows(kind), output.registry_table, kind)
+    return CommandAnswer(output.registry_rows(kind), output.registry_table, kind)
 
 
 @app.command()
@@ -322,14 +328,14 @@ def show(
         typer.Argument(help="Model, effect, optimizer or reader.", show_default=False, autocompletion=names.item),
     ],
     plugins: Plugins,
-) -> Answer:
+) -> CommandAnswer:
     """Show one item: equation, parameters with units and bounds, source; of an effect what it is mistaken for.
 
     Example: mrfit show current-lag
     """
     from mrfit.cli import output
 
-    return Answer(output.item(name), output.show)
+    return CommandAnswer(output.item(name), output.show)
 
 
 app.command()(export)

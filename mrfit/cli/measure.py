@@ -9,7 +9,7 @@ import typer
 
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import Answer, Only, options
+from mrfit.cli.options import CommandAnswer, Only, options
 from mrfit.cli.sheet import sheet
 from mrfit.errors import DataError
 from mrfit.settings import ingest
@@ -37,7 +37,7 @@ def lag(
     actual: Annotated[str, typer.Option("--actual", help="Channel that follows it.")] = "displacement",
     *,
     reading: Reading,
-) -> Answer:
+) -> CommandAnswer:
     """Measure the lag of a channel behind its command, and its time to 95 % of a step.
 
     Example: mrfit measure lag logs/steps.csv --command current_command --actual current
@@ -48,7 +48,7 @@ def lag(
     for record in read_logs(logs, reading.map):
         followed, following = channel(record, command), channel(record, actual)
         found.append(command_lag(record.id, followed, following, record.dt))
-    return Answer(found, _print_lags, command, actual)
+    return CommandAnswer(found, _print_lags, command, actual)
 
 
 def _print_lags(found: "Sequence[CommandLag]", command: str, actual: str) -> None:
@@ -74,7 +74,7 @@ def _print_lags(found: "Sequence[CommandLag]", command: str, actual: str) -> Non
 
 @app.command("quasi-static")
 @options()
-def quasi_static(logs: Logs, *, reading: Reading) -> Answer:
+def quasi_static(logs: Logs, *, reading: Reading) -> CommandAnswer:
     """Read stiffness, friction and work lost off slow cycles of a damper.
 
     Example: mrfit measure quasi-static logs/slow.csv
@@ -85,7 +85,7 @@ def quasi_static(logs: Logs, *, reading: Reading) -> Answer:
         measured(record.id, channel(record, "displacement"), channel(record, "force"), record.dt)
         for record in read_logs(logs, reading.map)
     ]
-    return Answer(found, _print_quasi_static)
+    return CommandAnswer(found, _print_quasi_static)
 
 
 def _print_quasi_static(found: "Sequence[QuasiStatic]") -> None:

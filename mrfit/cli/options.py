@@ -101,7 +101,7 @@ def send(on: str, shared: bool) -> None:
         order.use(on, shared)
 
 
-class Answer:
+class CommandAnswer:
     """Result of a command, the function that prints it for a person, and further arguments of this function."""
 
     def __init__(
@@ -116,7 +116,7 @@ class Answer:
             self.check(self.result)
 
 
-Command = Callable[..., Answer | None]
+Command = Callable[..., CommandAnswer | None]
 
 
 def options(*, sends: bool = False, in_pipes: bool = False) -> Callable[[Command], Callable[..., None]]:

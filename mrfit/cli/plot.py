@@ -8,7 +8,7 @@ import typer
 
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import Answer, Only, options
+from mrfit.cli.options import CommandAnswer, Only, options
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
 
@@ -26,7 +26,7 @@ def plot(
     out: Annotated[Path, typer.Option("--out", help="Folder for signals.html.")] = PLOT_FOLDER,
     reading: Annotated[ingest.Settings, Only(("map", "pattern"))],
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Draw logs as recorded: series with zoom, loops, where a log is cut, warnings at their time.
 
     Example: mrfit plot datasets/damper-sines --png
@@ -38,7 +38,7 @@ def plot(
     rows = [
         {"log": one.recording.source, "cuts": len(one.segments), "said": [*one.said, *_texts(one)]} for one in found
     ]
-    return Answer({"files": [str(path) for path in files], "logs": rows}, _show, found)
+    return CommandAnswer({"files": [str(path) for path in files], "logs": rows}, _show, found)
 
 
 def _show(summary: "dict[str, list[str]]", found: "Sequence[Signals]") -> None:

@@ -8,7 +8,7 @@ import typer
 import mrfit.settings.sheet
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import Answer, Only, options
+from mrfit.cli.options import CommandAnswer, Only, options
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
 
@@ -34,7 +34,7 @@ def sheet(
     out: Annotated[Path, typer.Option("--out", help="Folder for sheet.html, sheet.csv and sheet.json.")] = SHEET_FOLDER,
     reading: Annotated[ingest.Settings, Only(("map", "pattern"))],
     progress: Progress,
-) -> Answer:
+) -> CommandAnswer:
     """Write a damper's test sheet: forces, energy, stiffness, damping with 95 % intervals, against limits.
 
     Example: mrfit measure sheet datasets/damper-sines --limits datasets/limits/damper.toml
@@ -43,7 +43,7 @@ def sheet(
 
     recordings = read_logs(logs, reading.map, reading.pattern)
     others = read_logs(against, reading.map, reading.pattern) if against else []
-    return Answer(write(recordings, settings, others, out, pdf, progress), show)
+    return CommandAnswer(write(recordings, settings, others, out, pdf, progress), show)
 
 
 def show(found: "SheetFile") -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mrfit.cli import console
-from mrfit.cli.options import Answer
+from mrfit.cli.options import CommandAnswer
 from mrfit.cli.project import unused_map
 from mrfit.errors import ConfigError, DataError
 from mrfit.settings.forms import constants, limits
@@ -77,7 +77,7 @@ def test_an_answer_is_json_alone_or_for_a_person_and_then_checked(monkeypatch, c
 
     for as_json, said in ((True, "[\n  1\n]\n"), (False, "[1] of 2\n")):
         monkeypatch.setattr(console.VERBOSITY, "as_json", as_json)
-        answer = Answer([1], lambda result, number: print(f"{result} of {number}"), 2, check=fault)
+        answer = CommandAnswer([1], lambda result, number: print(f"{result} of {number}"), 2, check=fault)
         with pytest.raises(DataError, match=r"\[1\]"):
             answer.give()
         assert capsys.readouterr().out == said
