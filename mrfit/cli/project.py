@@ -62,8 +62,8 @@ def _read() -> dict[str, Any]:
 
 def unused_map(logs: Iterable[Path]) -> str:
     """Return a note where the file is a channel map and no log lies beside it; empty elsewhere."""
-    here = Path.cwd()
-    if "channels" not in _read() or any(here in (path.resolve(), path.resolve().parent) for path in logs):
+    folders = {(path if path.is_dir() else path.parent).resolve() for path in logs}
+    if "channels" not in _read() or Path.cwd() in folders:
         return ""
     return (
         f"  {FILE} of this folder is a channel map, but holds for logs beside it only: move it there, or --map {FILE}"

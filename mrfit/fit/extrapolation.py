@@ -17,7 +17,7 @@ RATES = dict(INTEGRALS)
 
 
 @dataclass(frozen=True)
-class TestInputs:
+class ConditionInputs:
     """The inputs of a test.
 
     Attributes
@@ -84,7 +84,7 @@ def _size(low: float, high: float) -> float:
     return max(high - low, abs(low), abs(high))
 
 
-def extrapolations(trained: Extents, predicted: Sequence[TestInputs]) -> list[Caution]:
+def extrapolations(trained: Extents, predicted: Sequence[ConditionInputs]) -> list[Caution]:
     """Return a warning for every channel that leaves the range in which the model was fitted, with the worst test."""
     said = []
     for name, (low, high) in trained.items():

@@ -9,7 +9,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError, near
-from mrfit.fit.extrapolation import TestInputs, extrapolations
+from mrfit.fit.extrapolation import ConditionInputs, extrapolations
 from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
 from mrfit.fit.proof import lawful
@@ -151,12 +151,12 @@ def _with_output(recordings: Mapping[str, Recording], output: str) -> tuple[dict
     return made, lacking
 
 
-def stretch_of(segment: Segment, dt: float, inputs: Mapping[str, Array]) -> TestInputs:
+def stretch_of(segment: Segment, dt: float, inputs: Mapping[str, Array]) -> ConditionInputs:
     """Return the inputs of a segment, and what is known of its test."""
-    return TestInputs(segment.condition, dt, inputs, segment.temperature, segment.drive, segment.amplitude)
+    return ConditionInputs(segment.condition, dt, inputs, segment.temperature, segment.drive, segment.amplitude)
 
 
-def _stretch(part: SegmentPart, assembly: Assembly) -> TestInputs:
+def _stretch(part: SegmentPart, assembly: Assembly) -> ConditionInputs:
     inputs = {name: part.block.inputs(row) for row, name in enumerate(assembly.spec.inputs)}
     return stretch_of(part.segment, part.dt, inputs)
 

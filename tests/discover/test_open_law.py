@@ -12,7 +12,7 @@ from mrfit.discover.combine import combine
 from mrfit.discover.evidence import EffectScreening
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
-    Confounded,
+    ConfoundedEffect,
     EffectSignificance,
     LawErrorPlace,
     LawErrors,
@@ -56,7 +56,7 @@ FOUND = LawFindings(
     turned_down=(
         TurnedDown("inertia", Invariance.MEMORY, "takes only 1%", 0.01, Parameter("m", "kg", 0.4, None, None)),
     ),
-    confounded=(Confounded("stribeck", "it breaks no invariance: any law may have it", "slow strokes"),),
+    confounded=(ConfoundedEffect("stribeck", "it breaks no invariance: any law may have it", "slow strokes"),),
     errors=LawErrors(0.05, 0.04, 0.03, 0.0),
     law_gap=LawGap(0.03, 0.36, PLACES),
     travel=0.003,
@@ -107,7 +107,7 @@ def test_an_effect_beside_an_open_law_is_named_with_its_value_held_and_the_law_i
         "travel."
     )
     assert said[1].startswith("bingham itself errs by 3.00 % of the range, 36 % of its gap, most of all within")
-    assert said[2] == "No law of this kind makes the rest (4.00 % of the range), of which gas-spring takes 44%."
+    assert said[2] == "No law of this kind makes the rest (4.00 % of the range), of which gas-spring takes 44 %."
     assert said[3] == "Stribeck cannot be told from the law here."
 
 
@@ -124,7 +124,7 @@ def test_the_augmented_model_is_a_pipeline_file_and_a_command_with_the_values_he
 
 def test_a_partner_makes_a_set_that_stands_for_itself_in_the_words() -> None:
     found = told(
-        replace(FOUND, named=(LAG,), confounded=(Confounded("delay", "any law may have it", "two frequencies"),))
+        replace(FOUND, named=(LAG,), confounded=(ConfoundedEffect("delay", "any law may have it", "two frequencies"),))
     )
     assert (found.verdict, found.ambiguous_set, found.effects) == ("ambiguous", ("current-lag", "delay"), ())
     assert found.advice == ("delay: two frequencies",) and found.augmented_model == "bingham+current-lag"

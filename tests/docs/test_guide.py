@@ -27,7 +27,7 @@ def test_a_log_of_field_strength_and_flux_density_is_read_as_current_and_flux_li
 
 
 def test_columns_by_place_and_by_name_have_units_and_scales(tmp_path: Path) -> None:
-    (map_text,) = [m for m in MAPS if "displacement" in m]
+    (map_text,) = [m for m in MAPS if "displacement" in m and "scale" in m]
     rows = "".join(f"{k * 0.01:.3f},{k % 7},{k % 5},{k % 3}\n" for k in range(100))
     (tmp_path / "25mm0x5Hz0x75A.csv").write_text("t,x,Load,CH2\n" + rows)
     (tmp_path / "mrfit.toml").write_text(map_text)

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from mrfit.fit.extrapolation import TestInputs, extrapolations, together
+from mrfit.fit.extrapolation import ConditionInputs, extrapolations, together
 
 TIME = np.arange(1000) / 1000.0
 
 
-def stretch(amplitude: float, current: float = 1.0, temperature: float = 25.0, names: str = "xvi") -> TestInputs:
+def stretch(amplitude: float, current: float = 1.0, temperature: float = 25.0, names: str = "xvi") -> ConditionInputs:
     omega = 4.0 * np.pi
     channels = {
         "displacement": amplitude * np.sin(omega * TIME),
@@ -14,13 +14,13 @@ def stretch(amplitude: float, current: float = 1.0, temperature: float = 25.0, n
         "current": np.full(1000, current),
     }
     kept = {n: v for n, v in channels.items() if n[0] in names.replace("x", "d").replace("i", "c")}
-    return TestInputs(f"sine-{amplitude:g}", 1e-3, kept, temperature, "displacement", amplitude)
+    return ConditionInputs(f"sine-{amplitude:g}", 1e-3, kept, temperature, "displacement", amplitude)
 
 
 TRAINED = together([stretch(0.01, 0.0).extents(), stretch(0.02, 2.0).extents()])
 
 
-def channels(found: TestInputs, trained: dict[str, tuple[float, float]] = TRAINED) -> list[str]:
+def channels(found: ConditionInputs, trained: dict[str, tuple[float, float]] = TRAINED) -> list[str]:
     return [c.text.partition(" reaches")[0] for c in extrapolations(trained, [stretch(0.01), found])]
 
 
@@ -36,19 +36,19 @@ def channels(found: TestInputs, trained: dict[str, tuple[float, float]] = TRAINE
         (stretch(0.01, 1.0, float("nan")), []),
     ],
 )
-def test_a_channel_that_leaves_what_was_fitted_is_named_and_no_other(found: TestInputs, named: list[str]) -> None:
+def test_a_channel_that_leaves_what_was_fitted_is_named_and_no_other(found: ConditionInputs, named: list[str]) -> None:
     assert channels(found) == named
 
 
 def test_speed_is_looked_at_where_displacement_alone_is_an_input() -> None:
     trained = together([stretch(0.01, names="x").extents()])
-    fast = TestInputs("fast", 1e-3, {"displacement": 0.01 * np.sin(40.0 * np.pi * TIME)})
+    fast = ConditionInputs("fast", 1e-3, {"displacement": 0.01 * np.sin(40.0 * np.pi * TIME)})
     assert channels(fast, trained) == ["velocity"]
 
 
 def test_stroke_is_looked_at_where_velocity_alone_is_an_input() -> None:
     trained = together([stretch(0.01, names="v").extents()])
-    slow = TestInputs("slow", 1e-3, {"velocity": stretch(0.01).inputs["velocity"]}, 25.0, "displacement", 0.05)
+    slow = ConditionInputs("slow", 1e-3, {"velocity": stretch(0.01).inputs["velocity"]}, 25.0, "displacement", 0.05)
     assert channels(slow, trained) == ["displacement"]
 
 

@@ -42,6 +42,8 @@ SURE_DROPOUTS = 2
 """Runs of zeros that are drop-outs, from which on all zeros are under which the channel moves."""
 FEWEST_DROPOUTS, MOST_ZEROS, SCATTERED_ZEROS = 3, 0.25, 0.05
 """Least number of zeros, and greatest share of rows, that are drop-outs; above the last share not evenly apart."""
+SCATTER_CODES = 2.0
+"""Least step about a drop-out, in the least distance of values: what a held level scatters by."""
 SHORT_DROPOUT = 5
 """Rows of a run of zeros over which a channel goes on as before."""
 DROPOUT_WAY = 2.0
@@ -203,14 +205,16 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     if not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return none
     some = np.unique(values[0 : series.SERIES_CHUNK])
-    coarse = others.spread < CODES * float(np.min(np.diff(some[np.isfinite(some)])))
+    code = float(np.min(np.diff(some[np.isfinite(some)])))
+    coarse = others.spread < CODES * code
     if coarse and (not others.smooth or len(zeros) > SCATTERED_ZEROS * len(values)):
         return none  # a converter of 8 bits is at zero by itself, steep as its signal is
     runs = _runs(values, zeros)
     length = runs.last - runs.first + 1
     before, behind = (_beside(values, start, way) for start, way in ((runs.first, -1), (runs.last, 1)))
     steps = np.nan_to_num(np.abs(np.concatenate([np.diff(before, axis=0), np.diff(behind, axis=0)])), nan=-1.0)
-    step = np.where(steps.max(axis=0) < 0.0, others.step, steps.max(axis=0))
+    # a level held near zero scatters by some codes, and is zero by itself
+    step = np.where(steps.max(axis=0) < 0.0, others.step, np.maximum(steps.max(axis=0), SCATTER_CODES * code))
     same = np.sign(runs.before) == np.sign(runs.behind)
     stride = np.maximum(1, length // (AROUND - 1))
     ways = (_way(_beside(values, s, w * stride)) for s, w in ((runs.first, -1), (runs.last, 1)))

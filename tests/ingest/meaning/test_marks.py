@@ -1,6 +1,7 @@
 """Marks of missing values are found where they were laid, and nothing is taken for one in sound channels."""
 
 import io
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -182,3 +183,9 @@ def test_the_log_says_how_many(read_log: ReadLog) -> None:
     assert "'Load': -99999 in 4 rows" in said
     assert record.rows_refused == 4 and record.samples == 3000
     np.testing.assert_allclose(np.delete(record.channels["force"], SEVERAL), 1e3 * np.delete(FORCE, SEVERAL))
+
+
+def test_a_current_switched_to_zero_is_zero_by_itself() -> None:
+    for log in sorted((Path(__file__).parents[3] / "datasets" / "damper").glob("*.csv")):
+        current = np.loadtxt(log, delimiter=",", skiprows=2, usecols=3)
+        assert np.count_nonzero(current == 0.0) > 20 and _missing(current) == []
