@@ -9,6 +9,7 @@ Its tables ``[flux]``, ``[segment]``, ``[fit]`` and ``[discover]`` have the keys
 resistance. The command line and MRFIT_WORK take precedence. The same file may be a channel map.
 """
 
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -62,7 +63,8 @@ def _read() -> dict[str, Any]:
 
 def unused_map(logs: Iterable[Path]) -> str:
     """Return a note where the file is a channel map and no log lies beside it; empty elsewhere."""
-    folders = {(path if path.is_dir() else path.parent).resolve() for path in logs}
+    # a name that no file can have is said where the logs are read
+    folders = {(path if os.path.isdir(path) else path.parent).resolve() for path in logs}
     if "channels" not in _read() or Path.cwd() in folders:
         return ""
     return (
