@@ -21,7 +21,7 @@ import numpy as np
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.walk import ControlNumbers, QuarterCarNumbers, RideCourse, Setup, Way, adapted, begun, driven, wanted
+from mrfit.apply.walk import KEPT_ROWS, ControlNumbers, QuarterCarNumbers, Setup, Way, adapted, begun, driven, wanted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -178,7 +178,7 @@ def drive(
                 )
             progress(f"ride of {stepper.damper.name}", done + min(first + _BLOCK, samples), total)
         done += samples
-        time = np.arange(len(setup.course.force), dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
+        time = np.arange(setup.course.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
         rides.append(Ride(*pair, time, *setup.course))
     return rides
 
@@ -221,7 +221,7 @@ def setup_of(
         stepper.complete(still)[0], QuarterCarNumbers(*map(float, masses)),
         _numbers(control, timing, damper.low, damper.high),
         _heights(cast(Hashable, road), points, 0.5 * timing.sample / timing.steps),
-        RideCourse(*np.zeros((len(RideCourse._fields), points))),
+        np.zeros((KEPT_ROWS, points)),
     )  # fmt: skip
     return setup, begun(setup, float(damper.low))
 
@@ -256,6 +256,6 @@ def adaptive(
     evaluations = int(way.now[4])
     if left >= 0:
         return AdaptiveCheck(float("nan"), evaluations, left * timing.sample, pair[1].duration)
-    seen = setup.course.acceleration[:: 2 * timing.steps]
+    seen = setup.course[0, :: 2 * timing.steps]
     settled = np.arange(samples) * timing.sample >= pair[1].settled
     return AdaptiveCheck(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)

@@ -15,6 +15,8 @@ from mrfit.kernels.jit import kernel
 
 # Controls, in the order of ``car.CONTROLS``
 _PASSIVE_HIGH, _ON_OFF, _SKYHOOK, _HYBRID = 1, 2, 3, 5
+# Rows of ``Setup.course``
+_ACCELERATION, _LOAD, _TRAVEL, _SPEED, _BODY, _WHEEL, _FORCE, _COMMAND, _FIELD, KEPT_ROWS = range(10)
 # Beyond these heights and velocities the steps were too long
 _BOUND = 1e3
 # Of the adaptive steps: tolerances, and how many there may be in a sample interval
@@ -48,20 +50,6 @@ class ControlNumbers(NamedTuple):
     high: float
 
 
-class RideCourse(NamedTuple):
-    """Samples of a ride, (M,) each, in the order of ``car.Ride``."""
-
-    acceleration: Array
-    load: Array
-    travel: Array
-    speed: Array
-    body: Array
-    wheel: Array
-    force: Array
-    command: Array
-    field: Array
-
-
 class Setup(NamedTuple):
     """A ride: all that holds on the way.
 
@@ -80,7 +68,8 @@ class Setup(NamedTuple):
     road
         Height in m and its rate in m/s at steps and half-way between them, shape (2, M).
     course
-        Filled on the way.
+        Filled on the way, shape (KEPT_ROWS, M), in the order of ``car.Ride``. One array: kernels count references to
+        each array of a tuple that they pass on.
     """
 
     chain: DamperChain
@@ -92,7 +81,7 @@ class Setup(NamedTuple):
     car: QuarterCarNumbers
     control: ControlNumbers
     road: Array
-    course: RideCourse
+    course: Array
 
 
 class Way(NamedTuple):
@@ -155,11 +144,11 @@ def _keep(setup: Setup, way: Way, at: int, y: Array, rates: Array, made: tuple[f
     """Keep a sample of the course, of a force and a field."""
     course, road = setup.course, (setup.road[0, at], setup.road[1, at])
     zu, vu = _wheel(setup, y, road)
-    course.acceleration[at] = rates[1]
-    course.load[at] = setup.car.tyre * (zu - road[0]) if setup.car.unsprung > 0.0 else 0.0
-    course.travel[at], course.speed[at], course.body[at], course.wheel[at] = y[0] - zu, y[1] - vu, y[1], vu
-    course.force[at] = setup.car.rest + _faded(setup, y[1] - vu, made[0]) if setup.car.soft > 0.0 else made[0]
-    course.command[at], course.field[at] = way.now[2], made[1]
+    course[_ACCELERATION, at] = rates[1]
+    course[_LOAD, at] = setup.car.tyre * (zu - road[0]) if setup.car.unsprung > 0.0 else 0.0
+    course[_TRAVEL, at], course[_SPEED, at], course[_BODY, at], course[_WHEEL, at] = y[0] - zu, y[1] - vu, y[1], vu
+    course[_FORCE, at] = setup.car.rest + _faded(setup, y[1] - vu, made[0]) if setup.car.soft > 0.0 else made[0]
+    course[_COMMAND, at], course[_FIELD, at] = way.now[2], made[1]
 
 
 @kernel
