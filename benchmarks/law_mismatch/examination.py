@@ -9,12 +9,12 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.core import registry
 from mrfit.core.channels import MOTION
 from mrfit.core.progress import silent
-from mrfit.discover.bench import build_bench, effects_for
+from mrfit.discover.evidence.bench import build_bench, effects_for
+from mrfit.discover.evidence.refit import Fitter
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.invariance.records import from_block
-from mrfit.discover.refit import Fitter
 from mrfit.io.dataset import Dataset
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of

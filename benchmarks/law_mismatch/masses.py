@@ -21,7 +21,7 @@ from benchmarks.law_mismatch.motions import Array
 from benchmarks.law_mismatch.realsets import SETS, load, motion_of
 from mrfit.api.preparing import as_asked, prepared
 from mrfit.core.progress import silent
-from mrfit.discover.bench import build_bench, effects_for
+from mrfit.discover.evidence.bench import build_bench, effects_for
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.records import Record, from_block, with_steady_currents
 from mrfit.discover.invariance.setting import setting_of

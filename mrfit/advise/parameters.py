@@ -12,7 +12,7 @@ from mrfit.advise.specimen import Specimen, rows_of
 from mrfit.advise.standing import PRIOR, errors_of, stencil, stride_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench
+from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError
 from mrfit.fit.diagnostics.uncertainty import sensitivities
 from mrfit.io.schemas.advice import Width

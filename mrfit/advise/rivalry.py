@@ -15,7 +15,7 @@ from mrfit.advise.specimen import Specimen, rigged_of, unmovable
 from mrfit.advise.standing import DRAWS, RivalModel, fitted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench
+from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.simulate.assembly import assemble

@@ -11,7 +11,7 @@ from mrfit.advise.rig import Rig, current_reach, motion_reach
 from mrfit.core.channels import ANTIDERIVATIVES, WORK_AGAINST
 from mrfit.core.recording import FLUX_RESISTANCE
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench
+from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError
 from mrfit.signal.smoothing import TIME
 from mrfit.simulate.assembly import Assembly

@@ -12,7 +12,7 @@ from mrfit.advise.rig import Rig, read_rig, rig_beside
 from mrfit.advise.rivalry import separate
 from mrfit.advise.specimen import Specimen, rigged_of
 from mrfit.core.progress import Progress, silent
-from mrfit.discover.bench import Bench, build_bench, effects_for
+from mrfit.discover.evidence.bench import Bench, build_bench, effects_for
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import read_fit
 from mrfit.fit.select import read_dataset

@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.advise.rivals import NOTHING, Rival, spec_of
 from mrfit.core.progress import Progress
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench
+from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import sensitivities
 from mrfit.search import run as search

@@ -10,17 +10,17 @@ import numpy as np
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.discover.account import DiscoveryRequest, account
-from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
-from mrfit.discover.combine import Floors, worth_examining
-from mrfit.discover.contributions import contributions
-from mrfit.discover.examined import beside_open_law
-from mrfit.discover.findings import findings, series_of
-from mrfit.discover.gather import SimulatedEvidence, gather
-from mrfit.discover.open_law import with_another_base
+from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
+from mrfit.discover.evidence.gather import SimulatedEvidence, gather
+from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.refit import Fitter, Refit
-from mrfit.discover.select import Selection, select
+from mrfit.discover.selection.combine import Floors, worth_examining
+from mrfit.discover.selection.exact_base import Selection, select
+from mrfit.discover.writing.beside_open_law import beside_open_law
+from mrfit.discover.writing.contributions import contributions
+from mrfit.discover.writing.findings import findings, series_of
+from mrfit.discover.writing.open_law import with_another_base
+from mrfit.discover.writing.result import DiscoveryRequest, account
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.laws.choice import LawChoice

@@ -8,7 +8,7 @@ from mrfit.advise.rivals import NOTHING, Rival
 from mrfit.advise.stage import bench_of
 from mrfit.api.preparing import as_asked, prepared
 from mrfit.core.progress import silent
-from mrfit.discover.bench import Bench
+from mrfit.discover.evidence.bench import Bench
 from tests.advise.lab import MASS, MODEL, NOISE, one_frequency
 
 

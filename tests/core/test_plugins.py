@@ -14,7 +14,7 @@ from mrfit.core import plugins, registry
 from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array, ModelSpec, Param
-from mrfit.discover.bench import effects_for
+from mrfit.discover.evidence.bench import effects_for
 from mrfit.errors import ConfigError
 from mrfit.io.keys import discovery_key, fit_key, plugins_used
 from mrfit.kernels.theta import columns

@@ -8,7 +8,7 @@ import pytest
 from mrfit.core import registry
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench, build_bench, effects_for, with_residual_floors
+from mrfit.discover.evidence.bench import Bench, build_bench, effects_for, with_residual_floors
 from mrfit.errors import DataError
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import assemble

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrfit.discover.clusters import clustered
+from mrfit.discover.evidence.clusters import clustered
 from mrfit.fit.diagnostics.uncertainty import analyse
 
 CONDITIONS, SAMPLES = 9, 400

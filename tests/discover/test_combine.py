@@ -7,8 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
-from mrfit.discover.evidence import EffectScreening
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
     EffectSignificance,
@@ -18,7 +16,9 @@ from mrfit.discover.invariance.findings import (
     Parameter,
 )
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.select import Selection
+from mrfit.discover.selection.combine import Floors, combine, leaves_noise, worth_examining
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import EffectScreening
 from tests.discover.world import fit
 
 CLEAR = EffectSignificance(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)

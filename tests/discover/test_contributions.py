@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrfit.discover.bench import build_bench, effects_for
-from mrfit.discover.contributions import contributions
-from mrfit.discover.evidence import EffectScreening, Fit, Join
-from mrfit.discover.refit import Refit
-from mrfit.discover.select import Selection
+from mrfit.discover.evidence.bench import build_bench, effects_for
+from mrfit.discover.evidence.refit import Refit
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import EffectScreening, Fit, Join
+from mrfit.discover.writing.contributions import contributions
 from mrfit.fit.select import load_recordings
 from mrfit.io.schemas.discovery import Suspect
 from mrfit.search.cube import cube_of

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.combine import combine
-from mrfit.discover.evidence import EffectScreening
+from mrfit.discover.evidence.other_laws import near_the_floor, worth_telling
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
     ConfoundedEffect,
@@ -22,11 +21,12 @@ from mrfit.discover.invariance.findings import (
     Parameter,
     TurnedDown,
 )
-from mrfit.discover.laws import near_the_floor, worth_telling
-from mrfit.discover.open_law import with_another_base, with_examination, with_gap, with_laws
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.select import Selection
+from mrfit.discover.selection.combine import combine
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import EffectScreening
 from mrfit.discover.stage import Settings, model_toml, run
+from mrfit.discover.writing.open_law import with_another_base, with_examination, with_gap, with_laws
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryFile, Gap, OtherLaw
 from mrfit.io.schemas.reading import parsed

@@ -8,13 +8,13 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.progress import silent
-from mrfit.discover.bench import build_bench
-from mrfit.discover.duels import Inquiry, duel, judge
-from mrfit.discover.evidence import Fit, Join, Try, refit
-from mrfit.discover.gather import SimulatedEvidence
-from mrfit.discover.pairs import best_pair
+from mrfit.discover.evidence.bench import build_bench
+from mrfit.discover.evidence.gather import SimulatedEvidence
+from mrfit.discover.evidence.refit import Fitter
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.refit import Fitter
+from mrfit.discover.selection.duels import Inquiry, duel
+from mrfit.discover.selection.pairs import best_pair
+from mrfit.discover.selection.questions import Fit, Join, Try, refit
 from mrfit.fit.select import load_recordings
 from mrfit.simulate.assembly import assemble
 from tests.discover.studies import workspace
@@ -38,7 +38,7 @@ def found_in(folder: Path, mass: float, drag: float) -> Fit | None:
     inquiry = inquiry_of(folder, mass, drag)
     friction = next(c for c in inquiry.screening.candidates if c.name == "coulomb-friction")
     tried = refit(inquiry.source, Try(inquiry.base, friction))
-    return best_pair(inquiry, inquiry.screening, [judge(inquiry, friction.name, inquiry.base, tried)])
+    return best_pair(inquiry, inquiry.screening, [inquiry.judged(friction.name, inquiry.base, tried)])
 
 
 def test_a_pair_is_found_though_neither_was_tried_alone(tmp_path: Path) -> None:
@@ -60,9 +60,9 @@ def test_a_rival_that_ended_in_a_local_minimum_is_fitted_again_from_where_it_sta
     poor = {**base.values, "inertia.m": 1.0}
     cube = gathering.fitter.cube(["inertia"])
     gathering.fitter.known["inertia",] = cube.to_points(np.array([[poor[p.name] for p in cube.params]]))[0]
-    astray = judge(inquiry, "inertia", base, refit(gathering, Join(("inertia",), (poor,))))
+    astray = inquiry.judged("inertia", base, refit(gathering, Join(("inertia",), (poor,))))
     drag = next(c for c in inquiry.screening.candidates if c.name == "quadratic-drag")
-    other = judge(inquiry, drag.name, base, refit(gathering, Try(base, drag)))
+    other = inquiry.judged(drag.name, base, refit(gathering, Try(base, drag)))
     ending = duel(inquiry, base, [astray, other])
     assert astray.fit.holdout > 1.5 > 1.1 > ending.winner.fit.holdout
     assert (ending.winner.name, ending.equals) == ("inertia", ())

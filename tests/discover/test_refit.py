@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mrfit.core import registry
-from mrfit.discover.evidence import Fit, LibraryEffect
+from mrfit.discover.evidence.refit import Refit, paired_z
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.refit import Refit, paired_z
-from mrfit.discover.rules import limits
+from mrfit.discover.selection.questions import Fit, LibraryEffect
+from mrfit.discover.selection.rules import limits
 from mrfit.search.cube import cube_of
 from mrfit.simulate.assembly import assemble
 

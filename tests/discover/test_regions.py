@@ -6,9 +6,9 @@ from typing import cast
 import numpy as np
 import pytest
 
-from mrfit.discover.bench import Bench
+from mrfit.discover.evidence.bench import Bench
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.regions import _after_steps, _near_reversal, beyond_training
+from mrfit.discover.writing.regions import _after_steps, _near_reversal, beyond_training
 
 
 def bench(train: tuple[float, float], holdout: tuple[float, float]) -> Bench:

@@ -10,10 +10,8 @@ import pytest
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
-from mrfit.discover import laws, looks, rules
-from mrfit.discover.bench import build_bench
-from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
-from mrfit.discover.evidence import Candidate, Contrast, EffectScreening, Growth, LibraryEffect, Repetition, Try
+from mrfit.discover.evidence import other_laws as laws
+from mrfit.discover.evidence.bench import build_bench
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
     EffectSignificance,
@@ -23,9 +21,21 @@ from mrfit.discover.invariance.findings import (
     Parameter,
 )
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.regions import Region, beyond_training, in_words
-from mrfit.discover.select import Selection, decide
+from mrfit.discover.selection import rules
+from mrfit.discover.selection.combine import Floors, combine, leaves_noise, worth_examining
+from mrfit.discover.selection.exact_base import Selection, decide
+from mrfit.discover.selection.questions import (
+    Candidate,
+    Contrast,
+    EffectScreening,
+    Growth,
+    LibraryEffect,
+    Repetition,
+    Try,
+)
 from mrfit.discover.stage import Settings, too_little, usual_dependence
+from mrfit.discover.writing.regions import Region, beyond_training, in_words
+from mrfit.discover.writing.residual_shape import shape_in_words
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.discovery import Look, OtherLaw
 from mrfit.simulate.assembly import assemble
@@ -145,7 +155,7 @@ def asked_rivals(reach: float, count: int = 1) -> Rule:
 
 def shape(curve: float, loop: float, words: str) -> Rule:
     row = Look(over="velocity", curve=curve, loop=loop, since_it_turned=0.0)
-    return lambda p: words in looks.in_words([row], p)
+    return lambda p: words in shape_in_words([row], p)
 
 
 def region(excess: float, count: int = 1) -> Rule:
@@ -286,9 +296,9 @@ ELSEWHERE = {
     "most_rounds": "test_select.py",
     "most_samples_again": "test_stage.py",
     "most_pairs": "test_pairs.py",
-    "fewest_cycles": "test_remainder.py",
-    "worth_telling": "test_account.py",
-    "most_regions": "test_account.py",
+    "fewest_cycles": "test_residual_structure.py",
+    "worth_telling": "test_result.py",
+    "most_regions": "test_result.py",
 }
 
 

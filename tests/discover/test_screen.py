@@ -9,13 +9,13 @@ import pytest
 from mrfit.core import registry
 from mrfit.core.progress import silent
 from mrfit.core.specs import EffectSpec
-from mrfit.discover.bench import build_bench
-from mrfit.discover.evidence import Join, refit
-from mrfit.discover.gather import SimulatedEvidence, gather
+from mrfit.discover.evidence.bench import build_bench
+from mrfit.discover.evidence.gather import SimulatedEvidence, gather
+from mrfit.discover.evidence.refit import Fitter
+from mrfit.discover.evidence.screen import cosines, present_basis, screen, unjudgeable
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.refit import Fitter
-from mrfit.discover.screen import cosines, present_basis, screen, unjudgeable
-from mrfit.discover.select import decide, select
+from mrfit.discover.selection.exact_base import decide, select
+from mrfit.discover.selection.questions import Join, refit
 from mrfit.fit.select import load_recordings
 from mrfit.simulate.assembly import assemble
 from tests.discover.studies import workspace

@@ -14,9 +14,9 @@ import mrfit.segment.stage
 from mrfit.core.progress import silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.discover import stage
-from mrfit.discover.account import DiscoveryRequest
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.stage import Currents, Settings, _fitter, run
+from mrfit.discover.writing.result import DiscoveryRequest
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
 from mrfit.io.dataset import Dataset

@@ -4,7 +4,16 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mrfit.discover.evidence import Candidate, EffectScreening, Fit, Growth, Join, LibraryEffect, Repetition, Try
+from mrfit.discover.selection.questions import (
+    Candidate,
+    EffectScreening,
+    Fit,
+    Growth,
+    Join,
+    LibraryEffect,
+    Repetition,
+    Try,
+)
 
 UNCLEAR, CLEAR = 0.1, 50.0
 

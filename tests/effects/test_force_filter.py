@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from mrfit.discover.bench import effects_for
+from mrfit.discover.evidence.bench import effects_for
 from mrfit.effects import force_filter
 
 DT = 1e-3

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import added, is_place, step_of
 from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.law_rules import FULL
 
 TINY = 1e-30
 

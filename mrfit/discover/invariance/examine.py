@@ -13,8 +13,8 @@ import numpy as np
 from mrfit.core.protocols import Effect
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import Base, none
-from mrfit.discover.invariance.choice import LawSelection, choose
 from mrfit.discover.invariance.estimate import table
+from mrfit.discover.invariance.explained_by_base import lawful, owns
 from mrfit.discover.invariance.findings import (
     BrokenInvariance,
     ConfoundedEffect,
@@ -26,14 +26,14 @@ from mrfit.discover.invariance.findings import (
     TurnedDown,
 )
 from mrfit.discover.invariance.law_gap import law_gap
-from mrfit.discover.invariance.owned import lawful, owns
 from mrfit.discover.invariance.records import Record, with_steady_currents
 from mrfit.discover.invariance.regression import Regression, arrays
-from mrfit.discover.invariance.selection import EffectDescription, LawSource, State
 from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined, missing
 from mrfit.discover.invariance.setting import RegressionData, setting_of
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
 from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.selection.any_law import LawSelection, choose
+from mrfit.discover.selection.law_rules import EffectDescription, LawSource, State
 
 TIERS: dict[Invariance, Tier] = {
     Invariance.ODDNESS: "any-law",

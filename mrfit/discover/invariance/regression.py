@@ -9,11 +9,11 @@ from mrfit.discover.invariance.estimate import plain_table, refine, table
 from mrfit.discover.invariance.findings import BrokenInvariance
 from mrfit.discover.invariance.generic import broken, columns_of, forces_of
 from mrfit.discover.invariance.screening import contribution, level_of, screened
-from mrfit.discover.invariance.selection import LawFit, LawScreening, State, TestedEffect
 from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.invariance.standing import described, scatter
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
 from mrfit.discover.policy import Policy
+from mrfit.discover.selection.law_rules import LawFit, LawScreening, State, TestedEffect
 
 TINY = 1e-300
 

@@ -15,10 +15,10 @@ from mrfit.discover.invariance.estimate import (
     rows_of,
     table,
 )
-from mrfit.discover.invariance.selection import FULL, TIME, EffectPair, LawCandidate, LawScreening
 from mrfit.discover.invariance.sensitivity import ExaminedEffect, added, moved, starts
 from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.law_rules import FULL, TIME, EffectPair, LawCandidate, LawScreening
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from mrfit.core.specs import Array
 from mrfit.discover.invariance.estimate import GramTable, LawRefinement, squares, table
 from mrfit.discover.invariance.findings import EffectSignificance, Parameter
 from mrfit.discover.invariance.screening import contribution, early, level_of
-from mrfit.discover.invariance.selection import FULL, TIME, TRAVEL, EffectDescription, RefinedEffect
 from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.law_rules import FULL, TIME, TRAVEL, EffectDescription, RefinedEffect
 
 TINY = 1e-300
 LARGEST = "largest force"

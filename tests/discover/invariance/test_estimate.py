@@ -10,11 +10,11 @@ from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.estimate import refine, rows_of, squares, table
 from mrfit.discover.invariance.screening import screened
-from mrfit.discover.invariance.selection import FULL, TRAVEL
 from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined
 from mrfit.discover.invariance.setting import RegressionData, setting_of
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.law_rules import FULL, TRAVEL
 from tests.discover.invariance.specimens import HALF_STROKE, records
 
 STIFFNESS = 3e3

@@ -8,11 +8,11 @@ import pytest
 
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
-from mrfit.discover.examined import not_applicable
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.writing.beside_open_law import not_applicable
 from mrfit.kernels.filters import lag, released
 from mrfit.simulate.assembly import assemble
 from tests.discover.invariance.specimens import DT, HALF_STROKE, Force, library, no_effect, records

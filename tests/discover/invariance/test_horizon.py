@@ -11,17 +11,17 @@ from scipy.stats import t as student
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.choice import LawSelection, beside_longer_memory, choose, chosen_effects
 from mrfit.discover.invariance.estimate import refine, rows_of
 from mrfit.discover.invariance.generic import broken
 from mrfit.discover.invariance.regression import Regression, arrays
-from mrfit.discover.invariance.selection import LawSource
 from mrfit.discover.invariance.sensitivity import examined
 from mrfit.discover.invariance.setting import RegressionData, State, setting_of
 from mrfit.discover.invariance.standing import described
 from mrfit.discover.invariance.weights import weights_of
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.record import EvidenceReader, EvidenceRecorder
+from mrfit.discover.selection.any_law import AnyLaw, LawSelection, choose
+from mrfit.discover.selection.law_rules import LawSource
+from mrfit.discover.selection.record import EvidenceReader, EvidenceRecorder
 from tests.discover.invariance.specimens import HALF_STROKE, Force, records
 
 
@@ -41,11 +41,11 @@ def spring(channels: Mapping[str, Array], force: Array) -> Array:
 
 def test_a_name_that_holds_with_twice_the_memory_stays_and_another_goes() -> None:
     source = regression(spring)
-    chosen = chosen_effects(source, STANDARD)
+    chosen = AnyLaw(source, STANDARD).selected()
     assert set(chosen.state) == {"gas-spring"}
-    assert set(beside_longer_memory(source, chosen, STANDARD).state) == {"gas-spring"}
+    assert set(AnyLaw(source, STANDARD).beside_longer_memory(chosen).state) == {"gas-spring"}
     strict = replace(STANDARD, law_clear=1e9, clear_of_nearly_all=1e9, no_rival=np.inf)
-    dropped = beside_longer_memory(source, chosen, strict)
+    dropped = AnyLaw(source, strict).beside_longer_memory(chosen)
     assert dropped.state == {}
     assert dropped.found == ()
     assert "remembers for longer" in dropped.reasons["gas-spring"]
@@ -72,16 +72,16 @@ def left(of: RegressionData, state: State) -> float:
 @pytest.mark.parametrize(("factor", "stands"), [(0.99, True), (1.01, False)])
 def test_a_longer_memory_that_leaves_more_than_the_effect_is_no_rival(factor: float, stands: bool) -> None:
     own, further, source = setting(spring), setting(spring, STANDARD.longer_memory), regression(spring)
-    chosen = chosen_effects(source, STANDARD)
+    chosen = AnyLaw(source, STANDARD).selected()
     ratio = left(further, {}) / left(own, arrays(chosen.state))
     policy = replace(STANDARD, law_clear=1e9, clear_of_nearly_all=1e9, no_rival=ratio * factor)
-    assert bool(beside_longer_memory(source, chosen, policy).state) is stands
+    assert bool(AnyLaw(source, policy).beside_longer_memory(chosen).state) is stands
 
 
 def test_intervals_know_how_much_a_longer_memory_moves_a_value() -> None:
     further, source = setting(spring, STANDARD.longer_memory), regression(spring)
-    chosen = chosen_effects(source, STANDARD)
-    (before,), (after,) = chosen.found, beside_longer_memory(source, chosen, STANDARD).found
+    chosen = AnyLaw(source, STANDARD).selected()
+    (before,), (after,) = chosen.found, AnyLaw(source, STANDARD).beside_longer_memory(chosen).found
     k, wider = before.parameters[0], after.parameters[0]
     assert None not in (k.low, k.high, wider.low, wider.high)
     assert wider.value == k.value
@@ -95,7 +95,7 @@ def test_intervals_know_how_much_a_longer_memory_moves_a_value() -> None:
 
 
 def test_nothing_chosen_stays_nothing() -> None:
-    assert beside_longer_memory(regression(spring), LawSelection(), STANDARD).state == {}
+    assert AnyLaw(regression(spring), STANDARD).beside_longer_memory(LawSelection()).state == {}
 
 
 @pytest.mark.parametrize(("factor", "told"), [(0.99, True), (1.01, False)])

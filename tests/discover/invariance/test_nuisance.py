@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.nuisance import LEVELS, columns, motion_of, scales_of
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.selection import FULL
+from mrfit.discover.selection.law_rules import FULL
 from tests.discover.invariance.specimens import records
 
 

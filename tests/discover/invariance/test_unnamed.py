@@ -8,12 +8,12 @@ import pytest
 from mrfit.core.registry import load
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.choice import LawSelection, beside_unnamed, overshadowed
 from mrfit.discover.invariance.regression import Regression
-from mrfit.discover.invariance.selection import FULL
 from mrfit.discover.invariance.sensitivity import examined
 from mrfit.discover.invariance.setting import setting_of
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.any_law import AnyLaw, LawSelection, overshadowed
+from mrfit.discover.selection.law_rules import FULL
 from tests.discover.invariance.specimens import Force, records
 
 SPRING = "gas-spring"
@@ -42,7 +42,7 @@ def forced(force: Force) -> tuple[Regression, LawSelection]:
 @pytest.mark.parametrize(("force", "stands"), [(uneven, False), (uneven_with_spring, True)])
 def test_a_spring_stands_beside_a_larger_force_that_is_not_odd_only_if_it_is_there(force: Force, stands: bool) -> None:
     source, chosen = forced(force)
-    held, unnamed = beside_unnamed(source, chosen, STANDARD)
+    held, unnamed = AnyLaw(source, STANDARD).beside_unnamed(chosen)
     share = chosen.found[0].row.standing.share
     assert overshadowed(share, unnamed[0].share)
     assert [b.invariance for b in unnamed] == [Invariance.ODDNESS]

@@ -12,11 +12,11 @@ import numpy as np
 
 from mrfit.core.channels import CONTROL
 from mrfit.core.specs import Array, EffectSpec, Invariance, Param
-from mrfit.discover.bench import Bench
-from mrfit.discover.evidence import Candidate
+from mrfit.discover.evidence.bench import Bench
+from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.refit import Fitter, Refit
-from mrfit.discover.rules import absorbed
+from mrfit.discover.selection.questions import Candidate
+from mrfit.discover.selection.rules import absorbed
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 

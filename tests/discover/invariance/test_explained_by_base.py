@@ -7,7 +7,7 @@ import pytest
 
 from mrfit.core.registry import load
 from mrfit.discover.invariance.base import Base, base_of, none
-from mrfit.discover.invariance.owned import explained, lawful, owns
+from mrfit.discover.invariance.explained_by_base import explained, lawful, owns
 from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined
 from mrfit.discover.invariance.setting import setting_of
 from mrfit.discover.policy import STANDARD

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mrfit.discover.refit import Fitter, Refit, RefitRequest
+from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest
 
 
 def with_held(fitter: Fitter, held: Mapping[str, float]) -> Fitter:

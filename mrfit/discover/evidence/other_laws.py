@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 from mrfit.core import registry
 from mrfit.core.specs import ModelSpec
-from mrfit.discover.findings import gap_of
-from mrfit.discover.held import refitted, with_held
+from mrfit.discover.evidence.fixed_effects import refitted, with_held
+from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.policy import Policy
-from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.writing.findings import gap_of
 from mrfit.errors import MrfitError, Unreachable
 from mrfit.io.schemas.discovery import OtherLaw
 from mrfit.simulate.current_dependence import CurrentDependence

@@ -7,15 +7,15 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec
-from mrfit.discover import looks
-from mrfit.discover.bench import Bench, Stretch
-from mrfit.discover.evidence import Fit, Join, refit
-from mrfit.discover.gather import SimulatedEvidence
+from mrfit.discover.evidence.bench import Bench, Stretch
+from mrfit.discover.evidence.gather import SimulatedEvidence
+from mrfit.discover.evidence.refit import Refit
 from mrfit.discover.policy import Policy
-from mrfit.discover.refit import Refit
-from mrfit.discover.regions import Region, beyond_training, locate
-from mrfit.discover.select import Selection
-from mrfit.discover.there import still_to_do
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import Fit, Join, refit
+from mrfit.discover.writing.regions import Region, beyond_training, locate
+from mrfit.discover.writing.residual_shape import residual_shapes
+from mrfit.discover.writing.tests_already_made import still_to_do
 from mrfit.errors import DataError
 from mrfit.fit.result import parameter_rows
 from mrfit.io.schemas.discovery import Drifting, EffectParameter, FoundEffect, Gap, Look, Suspect
@@ -85,7 +85,7 @@ def findings(gathering: SimulatedEvidence, chosen: Selection, policy: Policy) ->
         suspects=(*undecided, *taken_back),
         where=tuple(regions_of(bench, before)),
         rest=tuple(regions_of(bench, after)),
-        looks=tuple(looks.looks(bench, after)) if share is None or share > policy.worth_telling else (),
+        looks=tuple(residual_shapes(bench, after)) if share is None or share > policy.worth_telling else (),
         share_left=share,
         drifts=(*drifts_of(bench, after), *_followed(bench, chosen)),
         beyond=tuple(beyond_training(bench, policy)),

@@ -10,10 +10,10 @@ import numpy as np
 
 from mrfit.core.channels import REMEMBERED, STATE
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench, Stretch
-from mrfit.discover.evidence import Contrast
+from mrfit.discover.evidence.bench import Bench, Stretch
+from mrfit.discover.evidence.refit import Refit
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.refit import Refit
+from mrfit.discover.selection.questions import Contrast
 from mrfit.fit.diagnostics.uncertainty import differing
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.evidence.bench import Bench, Stretch
 from mrfit.discover.policy import STANDARD, Policy
 
 Mask = NDArray[np.bool_]

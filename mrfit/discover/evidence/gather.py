@@ -10,7 +10,13 @@ from typing import cast
 from mrfit.core import registry
 from mrfit.core.progress import Progress
 from mrfit.core.specs import EffectSpec
-from mrfit.discover.evidence import (
+from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, paired_z
+from mrfit.discover.evidence.residual_structure import explainable, powers_by_output, repeated_error
+from mrfit.discover.evidence.screen import ScreenedEffect, cosines, reach, screen
+from mrfit.discover.evidence.steadiness import growths
+from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.selection.exact_base import decide
+from mrfit.discover.selection.questions import (
     Candidate,
     EffectScreening,
     EvidenceSource,
@@ -21,13 +27,7 @@ from mrfit.discover.evidence import (
     Repetition,
     Try,
 )
-from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.record import Evidence, EvidenceRecorder
-from mrfit.discover.refit import Fitter, Refit, RefitRequest, paired_z
-from mrfit.discover.remainder import explainable, powers_by_output, repeated_error
-from mrfit.discover.screen import ScreenedEffect, cosines, reach, screen
-from mrfit.discover.select import decide
-from mrfit.discover.steadiness import growths
+from mrfit.discover.selection.record import Evidence, EvidenceRecorder
 
 
 class SimulatedEvidence:

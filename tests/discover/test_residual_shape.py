@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from mrfit.core.specs import Array
-from mrfit.discover.looks import in_words, looks
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.writing.residual_shape import residual_shapes, shape_in_words
 from mrfit.io.schemas.discovery import Look
 
 
@@ -37,7 +37,7 @@ def rows_for(shape: str) -> list[Look]:
         parts[role].append(_Stretch(velocity))
         errors[role].append(error + 0.3 * rng.standard_normal(len(phase)))
     bench = SimpleNamespace(channels=frozenset({"velocity"}), of_role=lambda role: parts[role])
-    return looks(bench, SimpleNamespace(train=errors["train"], holdout=errors["holdout"]))  # type: ignore[arg-type]
+    return residual_shapes(bench, SimpleNamespace(train=errors["train"], holdout=errors["holdout"]))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def rows_for(shape: str) -> list[Look]:
     ],
 )
 def test_shape_is_told(shape: str, words: str) -> None:
-    said = in_words(rows_for(shape), STANDARD)
+    said = shape_in_words(rows_for(shape), STANDARD)
     assert words in said if words else not said
 
 

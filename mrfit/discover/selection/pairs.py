@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import closing
 from itertools import chain, combinations
 
-from mrfit.discover.duels import Inquiry, judge
-from mrfit.discover.evidence import EffectScreening, Fit, Join, Try
-from mrfit.discover.rules import EffectTrial, asks_for_pairs, leaves_little
+from mrfit.discover.selection.duels import Inquiry
+from mrfit.discover.selection.questions import EffectScreening, Fit, Join, Try
+from mrfit.discover.selection.rules import EffectTrial, asks_for_pairs, leaves_little
 
 
 def best_pair(inquiry: Inquiry, screening: EffectScreening, trials: Sequence[EffectTrial]) -> Fit | None:
@@ -51,8 +51,8 @@ def _together(first: Fit, second: Fit) -> dict[str, float]:
 def _proven(inquiry: Inquiry, pair: tuple[str, str], alone: Mapping[str, Fit], both: Fit) -> bool:
     """Return whether each of two effects has proof beside the other."""
     one, other = pair
-    return inquiry.passes(judge(inquiry, other, alone[one], both)) and inquiry.passes(
-        judge(inquiry, one, alone[other], both)
+    return inquiry.passes(inquiry.judged(other, alone[one], both)) and inquiry.passes(
+        inquiry.judged(one, alone[other], both)
     )
 
 

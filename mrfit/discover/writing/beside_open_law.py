@@ -8,20 +8,20 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import MOTION
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Bench, effects_for
-from mrfit.discover.combine import combine, leaves_noise
-from mrfit.discover.findings import gap_of
-from mrfit.discover.gather import SimulatedEvidence
-from mrfit.discover.held import refitted, with_held
+from mrfit.discover.evidence.bench import Bench, effects_for
+from mrfit.discover.evidence.fixed_effects import refitted, with_held
+from mrfit.discover.evidence.gather import SimulatedEvidence
+from mrfit.discover.evidence.other_laws import Dependence, other_laws
+from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import LawFindings, NamedEffect
 from mrfit.discover.invariance.records import Record, from_block
-from mrfit.discover.laws import Dependence, other_laws
-from mrfit.discover.open_law import with_examination, with_gap, with_laws
 from mrfit.discover.policy import Policy
-from mrfit.discover.refit import Fitter, Refit
-from mrfit.discover.select import Selection
+from mrfit.discover.selection.combine import combine, leaves_noise
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.writing.findings import gap_of
+from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws
 from mrfit.io.schemas.discovery import DiscoveryFile
 
 

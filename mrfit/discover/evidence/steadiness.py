@@ -9,10 +9,10 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.specs import Array
-from mrfit.discover.bench import Stretch
-from mrfit.discover.evidence import Growth
+from mrfit.discover.evidence.bench import Stretch
+from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.selection.questions import Growth
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from mrfit.discover.evidence.residual_structure import _halves, powers_by_output
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.remainder import _halves, powers_by_output
 
 PERIOD, CYCLES = 250.0, 18
 

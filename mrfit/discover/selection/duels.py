@@ -3,9 +3,9 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from mrfit.discover.evidence import EffectScreening, EvidenceSource, Fit, Join, refit
 from mrfit.discover.policy import Policy
-from mrfit.discover.rules import (
+from mrfit.discover.selection.questions import EffectScreening, EvidenceSource, Fit, Join, refit
+from mrfit.discover.selection.rules import (
     EffectTrial,
     beyond_chance,
     claim,
@@ -48,22 +48,25 @@ class Inquiry:
         """Return whether an effect has proof."""
         return not objection(trial, self.policy)
 
+    def judged(
+        self, name: str, before: Fit, after: Fit, base: Fit | None = None, alike: Collection[str] = ()
+    ) -> EffectTrial:
+        """Return the trial of an effect from the fits without and with it, see ``claim``.
 
-def judge(
-    inquiry: Inquiry, name: str, before: Fit, after: Fit, base: Fit | None = None, alike: Collection[str] = ()
-) -> EffectTrial:
-    """Return the trial of an effect from the fits without and with it, see ``claim``.
-
-    No more is asked than decides: an effect that does not help needs no interval.
-    """
-    trial = claim(name, before, after, base or inquiry.base, inquiry.policy, alike)
-    if not helps(trial, inquiry.policy):
+        No more is asked than decides: an effect that does not help needs no interval.
+        """
+        trial = claim(name, before, after, base or self.base, self.policy, alike)
+        if not helps(trial, self.policy):
+            return trial
+        if not trial.overwhelms:
+            trial = replace(trial, score=self.source.fall(before, after))
+        if beyond_chance(trial, self.policy):
+            trial = replace(trial, strength=self.source.strength(after, name))
         return trial
-    if not trial.overwhelms:
-        trial = replace(trial, score=inquiry.source.fall(before, after))
-    if beyond_chance(trial, inquiry.policy):
-        trial = replace(trial, strength=inquiry.source.strength(after, name))
-    return trial
+
+    def trial(self, name: str, before: Fit, after: Fit) -> EffectTrial:
+        """Return the same of an effect of which more is asked beside those that it looks like."""
+        return self.judged(name, before, after, None, self.alike(name))
 
 
 @dataclass(frozen=True)
@@ -132,8 +135,8 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
         again, ending = again[::-1], replace(ending, equals=())
     winner, rival = again
     ending = replace(ending, winner=winner)
-    adds = inquiry.passes(judge(inquiry, rival.name, winner.fit, both, None, inquiry.alike(rival.name)))
-    needed = inquiry.passes(judge(inquiry, winner.name, rival.fit, both, rival.fit))
+    adds = inquiry.passes(inquiry.trial(rival.name, winner.fit, both))
+    needed = inquiry.passes(inquiry.judged(winner.name, rival.fit, both, rival.fit))
     if adds and needed:
         return ending
     if adds:

@@ -5,7 +5,6 @@ from dataclasses import asdict
 from math import isfinite
 
 from mrfit.core.channels import CONTROL, MOTION, unit_of
-from mrfit.discover.combine import CombinedResult, Shadow
 from mrfit.discover.invariance.findings import (
     EffectSignificance,
     LawErrorPlace,
@@ -15,6 +14,7 @@ from mrfit.discover.invariance.findings import (
     TurnedDown,
 )
 from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.selection.combine import CombinedResult, Shadow
 from mrfit.io.schemas.discovery import (
     BrokenInvariance,
     Candidate,

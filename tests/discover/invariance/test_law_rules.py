@@ -5,27 +5,27 @@ from dataclasses import replace
 import pytest
 
 from mrfit.discover.invariance.findings import EffectSignificance
-from mrfit.discover.invariance.selection import (
+from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.law_rules import (
     EffectPair,
     LawCandidate,
     LawScreening,
     RefinedEffect,
     beside_longer_memory,
+    best_of,
     both,
-    decide,
     looks_early,
     lost,
     objection,
     screened_out,
     stands_further,
     stands_weighed,
+    swap_candidates,
     weakest,
-    worth_a_swap,
     worth_pairing,
     worth_refining,
     worth_weighing,
 )
-from mrfit.discover.policy import STANDARD
 
 GOOD = EffectSignificance(share=0.6, kept=0.5, held=0.4, size=0.05, z=20.0, left=0.1, improved=1.0)
 
@@ -114,15 +114,15 @@ def test_an_early_record_is_no_mass_if_it_takes_much_or_something_of_its_own(
 
 def test_the_effect_that_leaves_least_wins_and_near_ones_are_rivals() -> None:
     near, far = STANDARD.rival_error * 0.99, STANDARD.rival_error * 1.01
-    found = decide([row("b", near), row("a", 1.0), row("c", far)], STANDARD)
+    found = best_of([row("b", near), row("a", 1.0), row("c", far)], STANDARD)
     assert (found.winner, found.rivals) == ("a", ("b",))
 
 
 def test_an_effect_with_an_objection_neither_wins_nor_rivals() -> None:
-    found = decide([row("a", 0.5, z=1.0), row("b", 1.0)], STANDARD)
+    found = best_of([row("a", 0.5, z=1.0), row("b", 1.0)], STANDARD)
     assert (found.winner, found.rivals) == ("b", ())
     assert dict(found.reasons)["a"]
-    assert decide([row("a", z=1.0)], STANDARD).winner == ""
+    assert best_of([row("a", z=1.0)], STANDARD).winner == ""
 
 
 def test_only_what_could_be_named_is_refined_and_no_more_than_a_few() -> None:
@@ -177,13 +177,13 @@ def test_two_stand_only_if_both_have_proof() -> None:
 @pytest.mark.parametrize(("factor", "winner"), [(0.99, "simple"), (1.01, "rich")])
 def test_fewer_numbers_win_where_they_leave_as_little(factor: float, winner: str) -> None:
     rich = replace(row("rich", 1.0), numbers=4)
-    assert decide([rich, row("simple", STANDARD.simpler_error * factor)], STANDARD).winner == winner
+    assert best_of([rich, row("simple", STANDARD.simpler_error * factor)], STANDARD).winner == winner
 
 
 @pytest.mark.parametrize(("factor", "tried"), [(1.01, ["b"]), (0.99, [])])
 def test_another_is_tried_in_an_effect_s_place_if_it_could_take_much_of_it(factor: float, tried: list[str]) -> None:
     rows = [LawCandidate("b", STANDARD.swap_share * GOOD.share * factor, 0.1), LawCandidate("spring", 1.0, 0.1)]
-    assert [c.name for c in worth_a_swap(rows, row(), STANDARD)] == tried
+    assert [c.name for c in swap_candidates(rows, row(), STANDARD)] == tried
 
 
 @pytest.mark.parametrize(("factor", "name"), [(0.99, ""), (1.01, "spring")])

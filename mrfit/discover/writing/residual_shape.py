@@ -11,14 +11,14 @@ import numpy as np
 
 from mrfit.core.channels import LOOP_AXES
 from mrfit.core.specs import Array, Index
-from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.evidence.bench import Bench, Stretch
+from mrfit.discover.evidence.refit import Refit
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.refit import Refit
 from mrfit.io.schemas.discovery import Look
 from mrfit.signal.cycles import last_event
 
 
-def looks(bench: Bench, fit: Refit) -> list[Look]:
+def residual_shapes(bench: Bench, fit: Refit) -> list[Look]:
     """Return for every channel the share of the squared hold-out error that a curve and a loop over it predict.
 
     Shares are of the squared error and negative where a shape predicts nothing; the channel whose shape says most comes
@@ -36,7 +36,7 @@ def _most(look: Look) -> float:
     return max(look.curve, look.loop, look.since_it_turned)
 
 
-def in_words(rows: Sequence[Look], policy: Policy) -> str:
+def shape_in_words(rows: Sequence[Look], policy: Policy) -> str:
     """Return one sentence on the shape that says most, empty if none says much."""
     if not rows or _most(rows[0]) < policy.shape_told:
         return ""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.discover.evidence import Candidate, Fit, Growth, LibraryEffect, Repetition
 from mrfit.discover.policy import Policy
+from mrfit.discover.selection.questions import Candidate, Fit, Growth, LibraryEffect, Repetition
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import pytest
 from mrfit.core import registry
 from mrfit.core.recording import Segment
 from mrfit.core.specs import EffectSpec, Programme
-from mrfit.discover.there import is_there, still_to_do
+from mrfit.discover.writing.tests_already_made import is_there, still_to_do
 
 
 def made(frequency: float, amplitude: float, current: float = np.nan, waveform: str = "sine") -> Segment:

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from mrfit.discover.account import DiscoveryRequest, account, candidates, confusable, cosine_table
-from mrfit.discover.evidence import Candidate, EffectScreening
-from mrfit.discover.findings import Findings
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.regions import Region
-from mrfit.discover.select import Selection
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import Candidate, EffectScreening
+from mrfit.discover.writing.findings import Findings
+from mrfit.discover.writing.regions import Region
+from mrfit.discover.writing.result import DiscoveryRequest, account, candidates, confusable, cosine_table
 from mrfit.io.schemas.discovery import Drifting, EffectParameter, FoundEffect, Gap, Suspect
 from tests.discover.world import fit
 

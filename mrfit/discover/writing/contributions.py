@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.discover.evidence import Fit, Join, refit
-from mrfit.discover.gather import SimulatedEvidence
-from mrfit.discover.refit import Refit
-from mrfit.discover.select import Selection
+from mrfit.discover.evidence.gather import SimulatedEvidence
+from mrfit.discover.evidence.refit import Refit
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import Fit, Join, refit
 from mrfit.io.schemas.discovery import Suspect
 
 

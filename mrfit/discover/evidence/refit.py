@@ -11,8 +11,8 @@ from mrfit.core import registry
 from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.discover.bench import Bench
-from mrfit.discover.clusters import clustered
+from mrfit.discover.evidence.bench import Bench
+from mrfit.discover.evidence.clusters import clustered
 from mrfit.discover.policy import STANDARD
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.discover import looks
-from mrfit.discover.bench import Stretch
-from mrfit.discover.evidence import EffectScreening
-from mrfit.discover.findings import Findings
+from mrfit.discover.evidence.bench import Stretch
 from mrfit.discover.policy import Policy
-from mrfit.discover.regions import Region, in_words
-from mrfit.discover.select import Selection
+from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.questions import EffectScreening
+from mrfit.discover.writing.findings import Findings
+from mrfit.discover.writing.regions import Region, in_words
+from mrfit.discover.writing.residual_shape import shape_in_words
 from mrfit.io.schemas.discovery import (
     Candidate,
     Cosines,
@@ -91,7 +91,7 @@ def account(asked: DiscoveryRequest, chosen: Selection, found: Findings, policy:
             where=_regions(found.rest, policy) if told else (),
             text=tuple(in_words(found.rest, policy)) if told else (),
             looks=found.looks,
-            looks_text=looks.in_words(found.looks, policy),
+            looks_text=shape_in_words(found.looks, policy),
         ),
         augmented_model="+".join([asked.model, *chosen.final.effects]),
         segments=tuple(_segment(s, found.span) for s in found.stretches),

@@ -272,7 +272,7 @@ class RefinementRound:
     reasons: tuple[tuple[str, str], ...]
 
 
-def decide(rows: Sequence[RefinedEffect], policy: Policy) -> RefinementRound:
+def best_of(rows: Sequence[RefinedEffect], policy: Policy) -> RefinementRound:
     """Return the effect that leaves least among those without objection; rivals leave hardly more.
 
     One with fewer numbers wins over it where it leaves as little.
@@ -287,7 +287,7 @@ def decide(rows: Sequence[RefinedEffect], policy: Policy) -> RefinementRound:
     return RefinementRound(winner.name, rivals, reasons)
 
 
-def worth_a_swap(candidates: Sequence[LawCandidate], present: RefinedEffect, policy: Policy) -> list[LawCandidate]:
+def swap_candidates(candidates: Sequence[LawCandidate], present: RefinedEffect, policy: Policy) -> list[LawCandidate]:
     """Return the candidates to refine instead of an effect that is there, with everything else."""
     least = policy.swap_share * present.standing.share
     good = [c for c in candidates if c.left >= policy.sensitivity_left and c.name != present.name and c.rank >= least]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from mrfit.discover.invariance.findings import LawFindings, NamedEffect
 from mrfit.discover.policy import Policy
-from mrfit.discover.select import Selection
+from mrfit.discover.selection.exact_base import Selection
 
 
 @dataclass(frozen=True)
