@@ -57,19 +57,15 @@ def said(found: LawFindings) -> Said:
         Name(
             e.name,
             {p.name: Number(p.value, p.low, p.high) for p in e.parameters},
-            tuple(dict.fromkeys((*e.rivals, *e.alike))),
+            e.one_of,
         )
         for e in found.named
     )
-    why = {t.name: _told(t.reason, t.share) for t in found.turned_down}
+    why = {t.name: t.reason for t in found.turned_down}
     why |= {c.name: c.reason for c in found.confounded}
-    weak = {t.name: {t.strength.name: t.strength.value} for t in found.turned_down}
+    weak = {t.name: {p.name: p.value for p in t.parameters} for t in found.turned_down}
     if found.not_applicable:
         return Said("insufficient-data", why={"not applicable": found.not_applicable})
     base = found.errors.base or np.inf
     verdict = "named" if names else "unexplained" if base > CLEAR * found.errors.noise else "none"
-    return Said(verdict, names, broken=tuple(b.invariance.value for b in found.broken), why=why, weak=weak)
-
-
-def _told(reason: str, share: float) -> str:
-    return f"{reason} (share {share:.1%})"
+    return Said(verdict, names, broken=tuple(str(b.invariance) for b in found.broken), why=why, weak=weak)

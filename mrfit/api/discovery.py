@@ -91,7 +91,7 @@ class Discovery:
     @property
     def confounded(self) -> "DataFrame":
         """Effects that the law could imitate on these data, why, and the test that would separate them."""
-        return frame_of([c.model_dump() for c in self.content.confounded], ("name", "reason", "test"), "name")
+        return frame_of([vars(c) for c in self.content.confounded], ("name", "reason", "test"), "name")
 
     def plot(self) -> "Figure":
         """Return a figure: the error on held-out conditions without and with each effect, above the noise floor.

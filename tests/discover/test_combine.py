@@ -7,31 +7,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.invariance.findings import (
-    BrokenInvariance,
-    EffectSignificance,
-    LawErrors,
-    LawFindings,
-    NamedEffect,
-    Parameter,
-)
+from mrfit.discover.invariance.findings import LawErrors, LawFindings
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors, combine, leaves_noise, worth_examining
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.selection.questions import EffectScreening
+from mrfit.io.schemas.discovery import BrokenInvariance, EffectParameter, EffectSignificance, InvariantEffect
 from tests.discover.world import fit
 
 CLEAR = EffectSignificance(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)
-FORCE = Parameter("largest force", "N", 100.0, 90.0, 110.0)
+FORCE = EffectParameter(name="largest force", unit="N", value=100.0, low=90.0, high=110.0)
 BASE = fit(20.0)
 
 
-def effect(name: str, breaks: Invariance = Invariance.POSITION, **more: tuple[str, ...]) -> NamedEffect:
-    return NamedEffect(name, breaks, "short-memory", (), FORCE, False, CLEAR, **more)
+def effect(name: str, breaks: Invariance = Invariance.POSITION, *one_of: str) -> InvariantEffect:
+    return InvariantEffect(name=name, breaks=breaks, tier="short-memory", force=FORCE, standing=CLEAR, one_of=one_of)
 
 
 def broken(kept: float, invariance: Invariance = Invariance.POSITION) -> BrokenInvariance:
-    return BrokenInvariance(invariance, kept, kept, 0.05)
+    return BrokenInvariance(invariance=invariance, share=kept, kept=kept, size=0.05)
 
 
 def exact(verdict: str = "unexplained", *effects: str, left: float = 10.0, **more: object) -> Selection:
@@ -65,11 +59,9 @@ def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
     assert (kept.verdict, kept.named) == ("named", ("a",)) and "b would take part" in kept.difference
 
 
-@pytest.mark.parametrize(
-    "partners", [{"rivals": ("t",)}, {"alike": ("t",)}, {"rivals": ("t",), "alike": ("t",)}], ids=lambda p: "+".join(p)
-)
-def test_a_name_with_partners_is_a_set(partners: dict[str, tuple[str, ...]]) -> None:
-    found = combine(exact(), LawFindings(named=(effect("s", **partners), effect("u"))), STANDARD)
+def test_a_name_with_partners_is_a_set() -> None:
+    partners = effect("s", Invariance.POSITION, "t")
+    found = combine(exact(), LawFindings(named=(partners, effect("u"))), STANDARD)
     assert (found.verdict, found.named, found.ambiguous) == ("ambiguous", ("u",), (("s", "t"),))
     assert found.law_is_open
 
@@ -179,8 +171,7 @@ def test_every_name_is_in_one_place_and_the_verdict_says_which(
     named: list[str], rivals: list[str], rows: list[tuple[Invariance, float]], breaks: Invariance
 ) -> None:
     effects = tuple(
-        effect(n, breaks, rivals=tuple(r for r in rivals if r not in named) if k == 0 else ())
-        for k, n in enumerate(named)
+        effect(n, breaks, *(r for r in dict.fromkeys(rivals) if r not in named and k == 0)) for k, n in enumerate(named)
     )
     found = combine(exact(), LawFindings(named=effects, broken=tuple(broken(k, i) for i, k in rows)), STANDARD)
     sets = {n for group in found.ambiguous for n in group}

@@ -9,18 +9,7 @@ import pytest
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.evidence.other_laws import near_the_floor, worth_telling
-from mrfit.discover.invariance.findings import (
-    BrokenInvariance,
-    ConfoundedEffect,
-    EffectSignificance,
-    LawErrorPlace,
-    LawErrors,
-    LawFindings,
-    LawGap,
-    NamedEffect,
-    Parameter,
-    TurnedDown,
-)
+from mrfit.discover.invariance.findings import LawErrors, LawFindings, LawGap, closed, finite
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import combine
 from mrfit.discover.selection.exact_base import Selection
@@ -28,35 +17,59 @@ from mrfit.discover.selection.questions import EffectScreening
 from mrfit.discover.stage import Settings, model_toml, run
 from mrfit.discover.writing.open_law import with_another_base, with_examination, with_gap, with_laws
 from mrfit.errors import DataError
-from mrfit.io.schemas.discovery import DiscoveryFile, Gap, OtherLaw
+from mrfit.io.schemas.discovery import (
+    BrokenInvariance,
+    Confounded,
+    DiscoveryFile,
+    EffectParameter,
+    EffectSignificance,
+    Gap,
+    InvariantEffect,
+    LawPlace,
+    OtherLaw,
+)
 from mrfit.io.schemas.reading import parsed
 from mrfit.report.explain import headline, next_step, sentences
 from mrfit.report.law_words import law_sentences, other_law_sentences
 from tests.discover.mismatch import workspace
 from tests.discover.world import fit
 
-SPRING = NamedEffect(
-    "gas-spring", Invariance.POSITION, "short-memory",
-    (Parameter("k_g", "N/m", 9030.0, 8940.0, 9120.0), Parameter("c", "1/m", 0.0, None, None)),
-    Parameter("largest force", "N", 135.0, 130.0, 140.0), False,
-    EffectSignificance(share=0.99, kept=0.98, held=0.97, size=0.05, z=50.0, left=0.2, improved=1.0),
+
+def number(name: str, unit: str, value: float, low: float | None = None, high: float | None = None) -> EffectParameter:
+    return EffectParameter(name=name, unit=unit, value=value, low=low, high=high)
+
+
+FORCE = number("largest force", "N", 135.0, 130.0, 140.0)
+SPRING = InvariantEffect(
+    name="gas-spring", breaks=Invariance.POSITION, tier="short-memory",
+    parameters=(number("k_g", "N/m", 9030.0, 8940.0, 9120.0), number("c", "1/m", 0.0)),
+    force=FORCE,
+    standing=EffectSignificance(share=0.99, kept=0.98, held=0.97, size=0.05, z=50.0, left=0.2, improved=1.0),
 )  # fmt: skip
-LAG = replace(
-    SPRING, name="current-lag", breaks=Invariance.CURRENT, tier="current-at-once", alike=("delay",),
-    parameters=(Parameter("tau", "s", 0.02, 0.018, 0.022),),
+LAG = InvariantEffect(
+    name="current-lag", breaks=Invariance.CURRENT, tier="current-at-once", one_of=("delay",), force=FORCE,
+    standing=SPRING.standing, parameters=(number("tau", "s", 0.02, 0.018, 0.022),),
 )  # fmt: skip
 PLACES = (
-    LawErrorPlace("travel", 0.0, 0.0016, "m", 0.75, 0.2),
-    LawErrorPlace("travel", 0.0016, 0.02, "m", 0.25, 0.8),
-    LawErrorPlace("speed", 0.0, 0.1, "m/s", 0.5, 0.5),
+    LawPlace(over="travel", low=0.0, high=0.0016, unit="m", share_of_error=0.75, share_of_samples=0.2),
+    LawPlace(over="travel", low=0.0016, high=0.02, unit="m", share_of_error=0.25, share_of_samples=0.8),
+    LawPlace(over="speed", low=0.0, high=0.1, unit="m/s", share_of_error=0.5, share_of_samples=0.5),
 )
+BROKEN = BrokenInvariance(invariance=Invariance.POSITION, share=0.6, kept=0.5, size=0.02)
 # errors 5 4 3 of noise 0: of 25 parts the law has 9, effects 7 and neither 9
 FOUND = LawFindings(
     named=(SPRING,),
     turned_down=(
-        TurnedDown("inertia", Invariance.MEMORY, "takes only 1%", 0.01, Parameter("m", "kg", 0.4, None, None)),
+        InvariantEffect(
+            name="inertia",
+            breaks=Invariance.MEMORY,
+            reason="takes only 1%",
+            parameters=(number("m", "kg", 0.4),),
+        ),
     ),
-    confounded=(ConfoundedEffect("stribeck", "it breaks no invariance: any law may have it", "slow strokes"),),
+    confounded=(
+        Confounded(name="stribeck", reason="it breaks no invariance: any law may have it", test="slow strokes"),
+    ),
     errors=LawErrors(0.05, 0.04, 0.03, 0.0),
     law_gap=LawGap(0.03, 0.36, PLACES),
     travel=0.003,
@@ -124,7 +137,11 @@ def test_the_augmented_model_is_a_pipeline_file_and_a_command_with_the_values_he
 
 def test_a_partner_makes_a_set_that_stands_for_itself_in_the_words() -> None:
     found = told(
-        replace(FOUND, named=(LAG,), confounded=(ConfoundedEffect("delay", "any law may have it", "two frequencies"),))
+        replace(
+            FOUND,
+            named=(LAG,),
+            confounded=(Confounded(name="delay", reason="any law may have it", test="two frequencies"),),
+        )
     )
     assert (found.verdict, found.ambiguous_set, found.effects) == ("ambiguous", ("current-lag", "delay"), ())
     assert found.advice == ("delay: two frequencies",) and found.augmented_model == "bingham+current-lag"
@@ -138,17 +155,17 @@ def test_a_partner_makes_a_set_that_stands_for_itself_in_the_words() -> None:
 
 
 def test_an_effect_without_scatter_has_a_score_that_json_can_hold() -> None:
+    assert SPRING.standing is not None
     endless = replace(SPRING.standing, z=float("inf"), held=float("-inf"))
-    named = replace(SPRING, standing=endless, force=Parameter("largest force", "N", 1.0, float("-inf"), float("inf")))
-    (row,) = told(replace(FOUND, named=(named,))).invariance.named  # type: ignore[union-attr]
-    assert row.standing is not None and (row.standing.z, row.standing.held) == (1e9, -1e9)
-    assert row.force is not None and row.force.low is None
+    row, force = finite(endless), closed(replace(FORCE, low=float("-inf"), high=float("inf")))
+    assert (row.z, row.held, row.share) == (1e9, -1e9, SPRING.standing.share) and force.low is None
+    assert finite(replace(endless, z=float("nan"))).z == 0.0 and closed(SPRING.parameters[0]) == SPRING.parameters[0]
+    named = SPRING.model_copy(update={"standing": row, "force": force})
     json.dumps(told(replace(FOUND, named=(named,))).to_json(), allow_nan=False)
 
 
 def test_without_a_name_the_verdict_stays_and_what_is_broken_is_said() -> None:
-    broken = (BrokenInvariance(Invariance.POSITION, 0.6, 0.5, 0.02),)
-    found = told(replace(FOUND, named=(), broken=broken))
+    found = told(replace(FOUND, named=(), broken=(BROKEN,)))
     assert found.verdict == "unexplained" and not found.held and found.augmented_model == "bingham"
     assert headline(found).endswith("that no effect of the library is: it depends on the place in the stroke.")
     assert any(s.startswith("Something depends on the place in the stroke") for s in law_sentences(found))
@@ -162,8 +179,15 @@ def test_without_a_name_the_verdict_stays_and_what_is_broken_is_said() -> None:
 
 
 def test_an_effect_that_is_not_believed_is_turned_down_with_its_reason() -> None:
-    part = replace(SPRING, standing=replace(SPRING.standing, share=0.7))
-    found = told(replace(FOUND, named=(part,), broken=(BrokenInvariance(Invariance.POSITION, 0.6, 0.5, 0.02),)))
+    assert SPRING.standing is not None
+    part = SPRING.model_copy(update={"standing": replace(SPRING.standing, share=0.7)})
+    found = told(
+        replace(
+            FOUND,
+            named=(part,),
+            broken=(BROKEN,),
+        )
+    )
     assert found.verdict == "unexplained" and found.invariance is not None
     assert [e.name for e in found.invariance.turned_down] == ["gas-spring", "inertia"]
     assert [(p.name, p.value, p.low) for p in found.invariance.turned_down[1].parameters] == [("m", 0.4, None)]

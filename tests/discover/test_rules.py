@@ -12,14 +12,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
-from mrfit.discover.invariance.findings import (
-    BrokenInvariance,
-    EffectSignificance,
-    LawErrors,
-    LawFindings,
-    NamedEffect,
-    Parameter,
-)
+from mrfit.discover.invariance.findings import LawErrors, LawFindings
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection import rules
 from mrfit.discover.selection.combine import Floors, combine, leaves_noise, worth_examining
@@ -37,7 +30,7 @@ from mrfit.discover.stage import Settings, too_little, usual_dependence
 from mrfit.discover.writing.regions import Region, beyond_training, in_words
 from mrfit.discover.writing.residual_shape import shape_in_words
 from mrfit.io.dataset import Dataset
-from mrfit.io.schemas.discovery import Look, OtherLaw
+from mrfit.io.schemas.discovery import BrokenInvariance, EffectSignificance, InvariantEffect, Look, OtherLaw
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_policy import ROOM, thresholds_read
 from tests.discover.test_regions import bench as bench_of_currents
@@ -193,10 +186,9 @@ def as_good_as_a_law(exact: float) -> Rule:
 
 
 def in_the_shadow(kept: float) -> Rule:
-    rows = (BrokenInvariance(Invariance.POSITION, kept, kept, 0.1),)
-    proof_of = EffectSignificance(0.9, 0.9, 0.9, 0.1, 20.0, 0.1, 1.0)
-    force = Parameter("largest force", "N", 1.0, 0.9, 1.1)
-    effects = (NamedEffect("a", Invariance.POSITION, "short-memory", (), force, False, proof_of),)
+    rows = (BrokenInvariance(invariance=Invariance.POSITION, share=kept, kept=kept, size=0.1),)
+    proof_of = EffectSignificance(share=0.9, kept=0.9, held=0.9, size=0.1, z=20.0, left=0.1, improved=1.0)
+    effects = (InvariantEffect(name="a", breaks=Invariance.POSITION, standing=proof_of),)
     base = fit(10.0)
     chosen = Selection(base, base, base, EffectScreening(base), verdict="unexplained")
     return lambda p: bool(combine(chosen, LawFindings(named=effects, broken=rows), p).shadows)

@@ -16,14 +16,11 @@ from mrfit.discover.invariance.base import Base, none
 from mrfit.discover.invariance.estimate import table
 from mrfit.discover.invariance.explained_by_base import lawful, owns
 from mrfit.discover.invariance.findings import (
-    BrokenInvariance,
-    ConfoundedEffect,
     LawErrors,
     LawFindings,
-    NamedEffect,
-    Parameter,
     Tier,
-    TurnedDown,
+    closed,
+    finite,
 )
 from mrfit.discover.invariance.law_gap import law_gap
 from mrfit.discover.invariance.records import Record, with_steady_currents
@@ -34,6 +31,7 @@ from mrfit.discover.invariance.weights import residuals, rms, weights_of
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.any_law import LawSelection, choose
 from mrfit.discover.selection.law_rules import EffectDescription, LawSource, State
+from mrfit.io.schemas.discovery import BrokenInvariance, Confounded, EffectParameter, InvariantEffect
 
 TIERS: dict[Invariance, Tier] = {
     Invariance.ODDNESS: "any-law",
@@ -110,7 +108,7 @@ def examine(
 
 def _able(
     records: Sequence[Record], base: Base, effects: Sequence[Effect], policy: Policy
-) -> tuple[list[ExaminedEffect], list[ConfoundedEffect]]:
+) -> tuple[list[ExaminedEffect], list[Confounded]]:
     """Return the effects that can be tested, and why others cannot."""
     channels = frozenset.intersection(*(frozenset(r.channels) for r in records))
     spans = {
@@ -123,7 +121,7 @@ def _able(
         effect, spec = examined(module), module.SPEC
         if effect is None:
             confounded.append(
-                ConfoundedEffect(spec.name, "it breaks no invariance: any law may have it", spec.experiment)
+                Confounded(name=spec.name, reason="it breaks no invariance: any law may have it", test=spec.experiment)
             )
             continue
         why = missing(effect, channels, spans)
@@ -132,7 +130,7 @@ def _able(
         if not why and owns(base, records, effect, policy):
             why = "the base has it itself"
         if why:
-            confounded.append(ConfoundedEffect(spec.name, why, spec.experiment))
+            confounded.append(Confounded(name=spec.name, reason=why, test=spec.experiment))
         else:
             able.append(effect)
     return able, confounded
@@ -152,45 +150,45 @@ def _broken(source: LawSource, found: tuple[BrokenInvariance, ...], state: State
     return tuple(b for b in found if b.invariance in still)
 
 
-def _named(setting: RegressionData, found: EffectDescription, rivals: tuple[str, ...]) -> NamedEffect:
-    effect = setting.known[found.row.name]
-    parameters: tuple[Parameter, ...] = found.parameters
-    return NamedEffect(
-        name=effect.name,
-        breaks=effect.breaks.invariance,
-        tier=TIERS[effect.breaks.invariance],
-        parameters=parameters,
-        force=found.force,
-        common=effect.common,
-        standing=found.row.standing,
-        rivals=rivals,
-        alike=effect.breaks.alike,
+def _named(setting: RegressionData, found: EffectDescription, rivals: tuple[str, ...]) -> InvariantEffect:
+    breaks = setting.known[found.row.name].breaks
+    return InvariantEffect(
+        name=found.row.name,
+        breaks=breaks.invariance,
+        tier=TIERS[breaks.invariance],
+        parameters=tuple(map(closed, found.parameters)),
+        force=closed(found.force),
+        standing=finite(found.row.standing),
+        one_of=tuple(dict.fromkeys((*rivals, *breaks.alike))),
     )
 
 
-def _turned_down(setting: RegressionData, chosen: LawSelection) -> list[TurnedDown]:
+def _turned_down(setting: RegressionData, chosen: LawSelection) -> list[InvariantEffect]:
     return [
-        TurnedDown(
+        InvariantEffect(
             name=name,
             breaks=setting.known[name].breaks.invariance,
+            parameters=(_strength(setting.known[name], chosen.screened[name].theta),),
+            standing=finite(chosen.rows[name].standing) if name in chosen.rows else None,
             reason=why,
-            share=chosen.screened[name].share,
-            strength=_strength(setting.known[name], chosen.screened[name].theta),
-            standing=chosen.rows[name].standing if name in chosen.rows else None,
         )
         for name, why in chosen.reasons.items()
         if name not in chosen.state and why
     ]
 
 
-def _strength(effect: ExaminedEffect, theta: Sequence[float]) -> Parameter:
-    param = effect.of(0)
-    return Parameter(param.name, param.unit, effect.value(np.array(theta)), None, None)
+def _strength(effect: ExaminedEffect, theta: Sequence[float]) -> EffectParameter:
+    param, value = effect.of(0), effect.value(np.array(theta))
+    return EffectParameter(name=param.name, unit=param.unit, value=value, low=None, high=None)
 
 
-def _no_sensitivity(setting: RegressionData, chosen: LawSelection, policy: Policy) -> list[ConfoundedEffect]:
+def _no_sensitivity(setting: RegressionData, chosen: LawSelection, policy: Policy) -> list[Confounded]:
     return [
-        ConfoundedEffect(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
+        Confounded(
+            name=name,
+            reason=f"the law takes all but {c.left:.2g} of its square",
+            test=setting.known[name].spec.experiment,
+        )
         for name, c in chosen.screened.items()
         if c.left < policy.sensitivity_left
     ]

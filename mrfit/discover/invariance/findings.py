@@ -1,155 +1,40 @@
 """What an examination of invariances finds: effects that no law makes, and how far the law itself is off."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Literal
 
-from mrfit.core.specs import Invariance
+from mrfit.discover.policy import STANDARD
+from mrfit.io.schemas.discovery import (
+    BrokenInvariance,
+    Confounded,
+    EffectParameter,
+    EffectSignificance,
+    InvariantEffect,
+    LawPlace,
+)
 
 Tier = Literal["any-law", "short-memory", "causal", "current-at-once"]
 """What has to hold for a name: nothing beyond odd, timeless and cold laws; a memory shorter than the horizon of travel;
 a force that the motion so far makes; a current that acts at once."""
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter of an effect with its 95 % interval, in SI; no ``low`` and ``high`` for a shape that was held."""
-
-    name: str
-    unit: str
-    value: float
-    low: float | None
-    high: float | None
+def closed(p: EffectParameter) -> EffectParameter:
+    """Return a parameter without the ends of an interval of which one is open."""
+    ends = [end for end in (p.low, p.high) if end is not None and isfinite(end)]
+    return p if len(ends) == 2 else replace(p, low=None, high=None)
 
 
-@dataclass(frozen=True)
-class EffectSignificance:
-    """How clearly an effect shows beside the best law.
-
-    Attributes
-    ----------
-    share
-        Of the squared error that no law makes, how much the effect takes.
-    kept
-        The same on conditions left out, the effect's value from the others, the law from all.
-    held
-        The same with the law from the others too, of a typical condition: the geometric mean.
-    size
-        Largest force of the effect over the range of the output.
-    z
-        Standard errors of its strength from neutral: scatter over conditions and over nuisances.
-    left
-        Share of its sensitivity's square that no law takes.
-    improved
-        Share of the conditions that are predicted better with it.
-    """
-
-    share: float
-    kept: float
-    held: float
-    size: float
-    z: float
-    left: float
-    improved: float
+def significance(effect: InvariantEffect) -> EffectSignificance:
+    """Return how clearly an effect shows that is named, or was before another one cast a doubt on it."""
+    assert effect.standing is not None
+    return effect.standing
 
 
-@dataclass(frozen=True)
-class NamedEffect:
-    """An effect that is there whatever the law is, as long as the law keeps the invariance that its tier says.
-
-    Attributes
-    ----------
-    name, breaks, tier
-        The effect, the invariance that it breaks, and what has to hold for the name.
-    parameters
-        Its parameters; those of a common factor are all the same, see ``common``.
-    force
-        Its largest force with its 95 % interval, which the data may tell better than single parameters.
-    common
-        Whether its strengths were taken as one: a law whose form is open has no parts to scale apart.
-    standing
-        How clearly it shows.
-    rivals
-        Effects tested in its place that leave nearly as little: the name is one of a set.
-    alike
-        Effects that are in the span of every law but would make this one's mark too: the set is told as well.
-    """
-
-    name: str
-    breaks: Invariance
-    tier: Tier
-    parameters: tuple[Parameter, ...]
-    force: Parameter
-    common: bool
-    standing: EffectSignificance
-    rivals: tuple[str, ...] = ()
-    alike: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class TurnedDown:
-    """An effect that was tested and is not named.
-
-    Attributes
-    ----------
-    name
-        The effect.
-    breaks
-        The invariance that it would break.
-    reason
-        Why it is not there.
-    share
-        Of the squared error that no law makes, how much it could take to first order.
-    strength
-        Its strength to first order, beside what is named; no interval.
-    standing
-        How clearly it showed; None where screening was enough.
-    """
-
-    name: str
-    breaks: Invariance
-    reason: str
-    share: float
-    strength: Parameter
-    standing: EffectSignificance | None = None
-
-
-@dataclass(frozen=True)
-class ConfoundedEffect:
-    """An effect that the law, or the base, could make as well on these data.
-
-    Attributes
-    ----------
-    name
-        The effect.
-    reason
-        Why it cannot be told: no invariance is broken, or what is left of its sensitivity.
-    test
-        The experiment that would separate it.
-    """
-
-    name: str
-    reason: str
-    test: str
-
-
-@dataclass(frozen=True)
-class BrokenInvariance:
-    """An invariance that is broken by something that no known effect describes.
-
-    Attributes
-    ----------
-    invariance
-        Which one.
-    share, kept
-        Of the squared error beside the named effects, how much flexible terms take; the same on conditions left out.
-    size
-        Largest force of these terms over the range of the output.
-    """
-
-    invariance: Invariance
-    share: float
-    kept: float
-    size: float
+def finite(s: EffectSignificance) -> EffectSignificance:
+    """Return a significance in which a number that is not finite, as of an effect without scatter, is cut."""
+    most = STANDARD.largest_score
+    return EffectSignificance(**{n: min(max(v, -most), most) if v == v else 0.0 for n, v in vars(s).items()})
 
 
 @dataclass(frozen=True)
@@ -179,28 +64,6 @@ class LawErrors:
 
 
 @dataclass(frozen=True)
-class LawErrorPlace:
-    """A part of the samples and the share of the law's squared error that lies there.
-
-    Attributes
-    ----------
-    over
-        What is binned: ``travel`` since the motion turned, ``speed``, ``current``.
-    low, high, unit
-        The bin, in SI.
-    share, samples
-        Of the law's squared error and of the samples, how much lies in it.
-    """
-
-    over: str
-    low: float
-    high: float
-    unit: str
-    share: float
-    samples: float
-
-
-@dataclass(frozen=True)
 class LawGap:
     """How far the base's law itself is off: its response less that of the best law, effects put aside.
 
@@ -216,7 +79,7 @@ class LawGap:
 
     error: float
     share: float
-    where: tuple[LawErrorPlace, ...] = ()
+    where: tuple[LawPlace, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -238,9 +101,9 @@ class LawFindings:
     """
 
     not_applicable: str = ""
-    named: tuple[NamedEffect, ...] = ()
-    turned_down: tuple[TurnedDown, ...] = ()
-    confounded: tuple[ConfoundedEffect, ...] = ()
+    named: tuple[InvariantEffect, ...] = ()
+    turned_down: tuple[InvariantEffect, ...] = ()
+    confounded: tuple[Confounded, ...] = ()
     broken: tuple[BrokenInvariance, ...] = ()
     errors: LawErrors = field(default_factory=lambda: LawErrors(None, 0.0, 0.0, 0.0))
     law_gap: LawGap | None = None

@@ -10,9 +10,9 @@ import numpy as np
 
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.estimate import GramTable, force_of_law, squares, table
-from mrfit.discover.invariance.findings import BrokenInvariance
 from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD, Policy
+from mrfit.io.schemas.discovery import BrokenInvariance
 from mrfit.kernels.filters import lag
 
 TINY = 1e-300
@@ -122,4 +122,6 @@ def _judged(made: GramTable, extra: Sequence[Sequence[Array]], invariance: Invar
     before = max(float(total[-1, -1]), TINY)
     unit = best / made.scales[len(made.free) :]
     size = max(float(np.max(np.abs(np.column_stack(own) @ unit))) for own in extra)
-    return BrokenInvariance(invariance, 1.0 - squares(total, best) / before, 1.0 - left / before, size)
+    return BrokenInvariance(
+        invariance=invariance, share=1.0 - squares(total, best) / before, kept=1.0 - left / before, size=size
+    )

@@ -7,10 +7,11 @@ import numpy as np
 from mrfit.core.channels import CONTROL, unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.estimate import GramTable, rows_of
-from mrfit.discover.invariance.findings import LawErrorPlace, LawGap
+from mrfit.discover.invariance.findings import LawGap
 from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.invariance.weights import rms
 from mrfit.discover.policy import STANDARD
+from mrfit.io.schemas.discovery import LawPlace
 
 
 def law_gap(
@@ -45,7 +46,7 @@ def law_gap(
     return LawGap(rms(differences), share, tuple(_where(setting, differences)))
 
 
-def _where(setting: RegressionData, differences: Sequence[Array]) -> list[LawErrorPlace]:
+def _where(setting: RegressionData, differences: Sequence[Array]) -> list[LawPlace]:
     """Return where the squared difference lies, over travel, speed and current, the largest bin of each first."""
     scales, records = setting.scales, setting.records
     squared = np.concatenate([d**2 for d in differences])
@@ -61,14 +62,20 @@ def _where(setting: RegressionData, differences: Sequence[Array]) -> list[LawErr
             unit_of(CONTROL),
         ),
     )
-    found: list[LawErrorPlace] = []
+    found: list[LawPlace] = []
     for name, values, edges, unit in kinds:
         at = np.concatenate([setting.row_means(k, v) for k, v in enumerate(values)])
         bins = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, len(edges) - 2)
         own = [
-            LawErrorPlace(name, float(edges[b]), float(min(edges[b + 1], at.max())), unit,
-                  float(squared[bins == b].sum() / max(squared.sum(), 1e-300)), float(np.mean(bins == b)))
+            LawPlace(
+                over=name,
+                low=float(edges[b]),
+                high=float(min(edges[b + 1], at.max())),
+                unit=unit,
+                share_of_error=float(squared[bins == b].sum() / max(squared.sum(), 1e-300)),
+                share_of_samples=float(np.mean(bins == b)),
+            )
             for b in np.unique(bins)
-        ]  # fmt: skip
-        found += sorted(own, key=lambda p: -p.share)
+        ]
+        found += sorted(own, key=lambda p: -p.share_of_error)
     return found

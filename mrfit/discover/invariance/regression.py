@@ -6,7 +6,6 @@ import numpy as np
 
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.estimate import plain_table, refine, table
-from mrfit.discover.invariance.findings import BrokenInvariance
 from mrfit.discover.invariance.generic import broken, columns_of, forces_of
 from mrfit.discover.invariance.screening import contribution, level_of, screened
 from mrfit.discover.invariance.setting import RegressionData
@@ -14,6 +13,7 @@ from mrfit.discover.invariance.standing import described, scatter
 from mrfit.discover.invariance.weights import equal, residuals, rms, weights_of
 from mrfit.discover.policy import Policy
 from mrfit.discover.selection.law_rules import LawFit, LawScreening, State, TestedEffect
+from mrfit.io.schemas.discovery import BrokenInvariance
 
 TINY = 1e-300
 

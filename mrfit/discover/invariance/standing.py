@@ -8,14 +8,14 @@ from scipy.stats import t as student
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.estimate import GramTable, LawRefinement, squares, table
-from mrfit.discover.invariance.findings import EffectSignificance, Parameter
 from mrfit.discover.invariance.screening import contribution, early, level_of
 from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.law_rules import FULL, TIME, TRAVEL, EffectDescription, RefinedEffect
+from mrfit.io.schemas.discovery import EffectParameter, EffectSignificance
 
 TINY = 1e-300
-LARGEST = "largest force"
+LARGEST_FORCE = "largest force"
 # Levels of the nuisance between which an estimate must not differ
 LADDER = (TRAVEL, TIME, FULL)
 
@@ -30,7 +30,9 @@ def described(setting: RegressionData, weights: Sequence[Array], fitted: LawRefi
     beside = table(setting, weights, rest, [[c] for c in columns])
     standing, share = _standing(beside, level, offset, columns, fitted.table.jackknife(level, offset)[1])
     peak, unit = standing.size * setting.scales.span, unit_of(setting.records[0].made)
-    force = Parameter(LARGEST, unit, peak, peak * (1.0 - share), peak * (1.0 + share))
+    force = EffectParameter(
+        name=LARGEST_FORCE, unit=unit, value=peak, low=peak * (1.0 - share), high=peak * (1.0 + share)
+    )
     value = effect.value(fitted.state[name])
     sign = effect.breaks.sign == 0 or value * effect.breaks.sign > 0.0
     ahead, beyond = _early(setting, weights, rest, name) if effect.breaks.early else (0.0, 0.0)
@@ -77,7 +79,7 @@ def scatter(without: Array) -> Array:
 
 def _parameters(
     setting: RegressionData, fitted: LawRefinement, name: str, level: int, offset: bool | None
-) -> tuple[Parameter, ...]:
+) -> tuple[EffectParameter, ...]:
     """Return an effect's parameters with intervals; those that were held have none."""
     effect, half, step = setting.known[name], halves(fitted.table, level, offset), fitted.table.steps(level, offset)
     found = {
@@ -97,7 +99,7 @@ def _parameters(
                 value += difference if lower else 0.0
                 wide = float(np.hypot(scattered, STANDARD.accuracy * value))
                 low, high = value - wide, value + wide
-            rows.append(Parameter(param.name, param.unit, value, low, high))
+            rows.append(EffectParameter(name=param.name, unit=param.unit, value=value, low=low, high=high))
     return tuple(rows)
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.stats import t as student
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.invariance.findings import BrokenInvariance, Parameter
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.law_rules import (
     FULL,
@@ -36,6 +35,7 @@ from mrfit.discover.selection.law_rules import (
     worth_weighing,
 )
 from mrfit.discover.selection.stepwise import grow, prune
+from mrfit.io.schemas.discovery import BrokenInvariance, EffectParameter
 
 
 @dataclass(frozen=True)
@@ -237,7 +237,7 @@ class AnyLaw:
                     continue
                 left, errors = self.source.beside(chosen.state, name, row.invariance)
                 if left < self.policy.share or errors < self.policy.law_clear:
-                    return name, f"something without a name that breaks the {row.invariance.value} may have it"
+                    return name, f"something without a name that breaks the {row.invariance} may have it"
         return None
 
 
@@ -245,7 +245,7 @@ def _widened(found: EffectDescription, again: EffectDescription, groups: int) ->
     """Return an effect with intervals that know how much its numbers differ beside a law of longer memory."""
     quantile = float(student.ppf(STANDARD.quantile, groups - 1))
 
-    def wider(own: Parameter, other: Parameter) -> Parameter:
+    def wider(own: EffectParameter, other: EffectParameter) -> EffectParameter:
         if own.low is None or own.high is None:
             return own
         half = float(np.hypot(0.5 * (own.high - own.low), quantile * (other.value - own.value)))

@@ -8,9 +8,10 @@ breaks an invariance which every law keeps, and no other. Nothing is computed, r
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mrfit.discover.invariance.findings import LawFindings, NamedEffect
+from mrfit.discover.invariance.findings import LawFindings, significance
 from mrfit.discover.policy import Policy
 from mrfit.discover.selection.exact_base import Selection
+from mrfit.io.schemas.discovery import InvariantEffect
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class CombinedResult:
     verdict: str
     named: tuple[str, ...]
     ambiguous: tuple[tuple[str, ...], ...] = ()
-    standing: tuple[NamedEffect, ...] = ()
+    standing: tuple[InvariantEffect, ...] = ()
     shadows: tuple[Shadow, ...] = ()
     difference: str = ""
     taken_back: bool = False
@@ -143,8 +144,8 @@ def combine(chosen: Selection, examined: LawFindings | None, policy: Policy, noi
         back = bool(chosen.final.effects)
         verdict = "unexplained" if back else exact.verdict
         return CombinedResult(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
-    sets = tuple((n.name, *rivals) for n in standing if (rivals := _others(n)))
-    clear = tuple(n.name for n in standing if not _others(n))
+    sets = tuple((n.name, *n.one_of) for n in standing if n.one_of)
+    clear = tuple(n.name for n in standing if not n.one_of)
     return CombinedResult(
         verdict="ambiguous" if sets else "named",
         named=clear,
@@ -161,23 +162,18 @@ def _as_good_as_any_law(examined: LawFindings, policy: Policy) -> bool:
     return errors.exact is not None and errors.exact <= policy.as_good * max(errors.open, errors.noise)
 
 
-def _others(effect: NamedEffect) -> tuple[str, ...]:
-    """Return the effects that one cannot be told from, each once."""
-    return tuple(dict.fromkeys((*effect.rivals, *effect.alike)))
-
-
-def _shadow(effect: NamedEffect, examined: LawFindings, policy: Policy) -> Shadow | None:
+def _shadow(effect: InvariantEffect, examined: LawFindings, policy: Policy) -> Shadow | None:
     """Return why an effect is not believed; None if it is.
 
     What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the
     effect would be a part of something else.
     """
-    share = effect.standing.share
+    share = significance(effect).share
     for row in examined.broken:
         if row.invariance == effect.breaks and row.kept * (1.0 - share) > policy.broken_beside * share:
             return Shadow(
                 effect.name,
-                f"something else breaks the same invariance ({row.invariance.value}): it takes {row.kept:.0%} of what "
+                f"something else breaks the same invariance ({row.invariance}): it takes {row.kept:.0%} of what "
                 f"{effect.name} leaves on conditions left out, so that this may be a part of it",
             )
     return None

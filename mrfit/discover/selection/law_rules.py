@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.invariance.findings import BrokenInvariance, EffectSignificance, Parameter
 from mrfit.discover.policy import Policy
+from mrfit.io.schemas.discovery import BrokenInvariance, EffectParameter, EffectSignificance
 
 # Levels of the nuisance
 TRAVEL, TIME, FULL = 2, 3, 4
@@ -111,8 +111,8 @@ class EffectDescription:
     """An effect of a state: the row that is decided on, its parameters and its largest force with intervals."""
 
     row: RefinedEffect
-    parameters: tuple[Parameter, ...]
-    force: Parameter
+    parameters: tuple[EffectParameter, ...]
+    force: EffectParameter
 
 
 State = Mapping[str, tuple[float, ...]]

@@ -15,14 +15,14 @@ from mrfit.discover.evidence.other_laws import Dependence, other_laws
 from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
-from mrfit.discover.invariance.findings import LawFindings, NamedEffect
+from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.invariance.records import Record, from_block
 from mrfit.discover.policy import Policy
 from mrfit.discover.selection.combine import combine, leaves_noise
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.writing.findings import gap_of
 from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws
-from mrfit.io.schemas.discovery import DiscoveryFile
+from mrfit.io.schemas.discovery import DiscoveryFile, InvariantEffect
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,6 @@ def _left(bench: Bench, records: Sequence[Record], fit: Refit) -> list[Array]:
     return found
 
 
-def held_at(effects: Iterable[NamedEffect]) -> dict[str, float]:
+def held_at(effects: Iterable[InvariantEffect]) -> dict[str, float]:
     """Return the parameters of effects by their name in a model, at the values that were found."""
     return {f"{e.name}.{p.name}": p.value for e in effects for p in e.parameters}

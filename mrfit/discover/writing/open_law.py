@@ -1,26 +1,14 @@
 """A decision beside a law that may be off, as discovery.json has it. Nothing is decided, fitted or measured here."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
-from math import isfinite
 
 from mrfit.core.channels import CONTROL, MOTION, unit_of
-from mrfit.discover.invariance.findings import (
-    EffectSignificance,
-    LawErrorPlace,
-    LawFindings,
-    NamedEffect,
-    Parameter,
-    TurnedDown,
-)
-from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.invariance.findings import LawFindings, significance
+from mrfit.discover.policy import Policy
 from mrfit.discover.selection.combine import CombinedResult, Shadow
 from mrfit.io.schemas.discovery import (
-    BrokenInvariance,
     Candidate,
-    Confounded,
     DiscoveryFile,
-    EffectParameter,
     Examination,
     FoundEffect,
     Gap,
@@ -29,7 +17,6 @@ from mrfit.io.schemas.discovery import (
     LawPlace,
     OtherBase,
     OtherLaw,
-    Standing,
     Suspect,
     Way,
     Ways,
@@ -60,7 +47,7 @@ def with_examination(
     """
     told: dict[str, object] = {
         "law_gap": None if examined.not_applicable else law_gap(exact, examined, policy),
-        "confounded": tuple(Confounded(name=c.name, reason=c.reason, test=c.test) for c in examined.confounded),
+        "confounded": examined.confounded,
         "invariance": examination(combined, examined, output),
         "ways": ways(exact, combined, examined),
         "verdict": combined.verdict,
@@ -137,29 +124,13 @@ def with_another_base(found: DiscoveryFile, again: DiscoveryFile) -> DiscoveryFi
     return found.model_copy(update={"other_base": other})
 
 
-def _found(effect: NamedEffect) -> FoundEffect:
+def _found(effect: InvariantEffect) -> FoundEffect:
     return FoundEffect(
         name=effect.name,
-        parameters=tuple(_parameter(p) for p in effect.parameters),
+        parameters=effect.parameters,
         aliases=(),
         holdout_nrmse_before=None,
         holdout_nrmse_after=None,
-    )
-
-
-def _parameter(p: Parameter) -> EffectParameter:
-    closed = p.low is not None and p.high is not None and isfinite(p.low) and isfinite(p.high)
-    low, high = (p.low, p.high) if closed else (None, None)
-    return EffectParameter(name=p.name, unit=p.unit, value=p.value, low=low, high=high)
-
-
-def _standing(s: EffectSignificance) -> Standing:
-    """Return how clearly an effect shows; a number that is not finite, as of an effect without scatter, is cut."""
-    return Standing(
-        **{
-            name: min(max(v, -STANDARD.largest_score), STANDARD.largest_score) if v == v else 0.0
-            for name, v in asdict(s).items()
-        }
     )
 
 
@@ -180,7 +151,7 @@ def _candidates(rows: tuple[Candidate, ...], combined: CombinedResult) -> tuple[
     for row in rows:
         told: dict[str, object] = {"accepted": row.name in standing}
         if row.name in standing:
-            own = standing[row.name].standing
+            own = significance(standing[row.name])
             told["reason"] = f"it takes {own.share:.0%} of what no law makes, {own.z:.0f} standard errors from neutral"
         elif row.name in shadows:
             told["reason"] = shadows[row.name]
@@ -203,30 +174,26 @@ def law_gap(exact: DiscoveryFile, examined: LawFindings, policy: Policy) -> LawG
         rest=min(max(errors.after**2 - noise, 0.0) / whole, 1.0),
         left=errors.law,
         taken=min(taken / max(errors.law**2 - noise, 1e-300), 1.0),
-        where=tuple(_place(p) for p in found.where),
+        where=found.where,
         text=tuple(_where(found.where, policy)),
         looks=exact.unexplained.looks_text,
     )
 
 
-def _place(p: LawErrorPlace) -> LawPlace:
-    return LawPlace(
-        over=p.over, low=p.low, high=p.high, unit=p.unit, share_of_error=p.share, share_of_samples=p.samples
-    )
-
-
-def _where(places: tuple[LawErrorPlace, ...], policy: Policy) -> list[str]:
+def _where(places: tuple[LawPlace, ...], policy: Policy) -> list[str]:
     """Return where a law is off, in words: of each kind the bin that holds most beyond its samples."""
     said = []
     for over in dict.fromkeys(p.over for p in places):
-        most = max((p for p in places if p.over == over), key=lambda p: p.share - p.samples)
-        if most.share - most.samples > policy.region_told:
-            shares = f"{100.0 * most.share:.0f} % of it in {100.0 * most.samples:.0f} % of the samples"
+        most = max((p for p in places if p.over == over), key=lambda p: p.share_of_error - p.share_of_samples)
+        if most.share_of_error - most.share_of_samples > policy.region_told:
+            shares = (
+                f"{100.0 * most.share_of_error:.0f} % of it in {100.0 * most.share_of_samples:.0f} % of the samples"
+            )
             said.append(f"{_bin(most)} ({shares})")
     return said
 
 
-def _bin(p: LawErrorPlace) -> str:
+def _bin(p: LawPlace) -> str:
     factor, unit = (1e3, f"m{p.unit}") if p.unit in ("m", "m/s") else (1.0, p.unit)
     low, high = (f"{float(f'{factor * end:.2g}'):g}" for end in (p.low, p.high))
     high = f"{high} {unit}"
@@ -243,15 +210,12 @@ def examination(combined: CombinedResult, examined: LawFindings, output: str) ->
     shadows = {s.name: s for s in combined.shadows}
     errors = examined.errors
     return Examination(
-        named=tuple(_invariant(n, combined) for n in examined.named if n.name not in shadows),
+        named=tuple(n for n in examined.named if n.name not in shadows),
         turned_down=(
             *(_shadow(n, shadows[n.name]) for n in examined.named if n.name in shadows),
-            *map(_turned_down, examined.turned_down),
+            *examined.turned_down,
         ),
-        broken=tuple(
-            BrokenInvariance(invariance=b.invariance.value, share=b.share, kept=b.kept, size=b.size)
-            for b in examined.broken
-        ),
+        broken=examined.broken,
         travel=examined.travel,
         travel_unit=unit_of(MOTION[output][0]),
         time=examined.time,
@@ -262,31 +226,8 @@ def examination(combined: CombinedResult, examined: LawFindings, output: str) ->
     )
 
 
-def _invariant(n: NamedEffect, combined: CombinedResult) -> InvariantEffect:
-    others = next((group[1:] for group in combined.ambiguous if group[0] == n.name), ())
-    return InvariantEffect(
-        name=n.name,
-        breaks=n.breaks.value,
-        tier=n.tier,
-        parameters=tuple(map(_parameter, n.parameters)),
-        force=_parameter(n.force),
-        standing=_standing(n.standing),
-        one_of=others,
-    )
-
-
-def _shadow(n: NamedEffect, shadow: Shadow) -> InvariantEffect:
-    return InvariantEffect(name=n.name, breaks=n.breaks.value, standing=_standing(n.standing), reason=shadow.reason)
-
-
-def _turned_down(t: TurnedDown) -> InvariantEffect:
-    return InvariantEffect(
-        name=t.name,
-        breaks=t.breaks.value,
-        parameters=(_parameter(t.strength),),
-        standing=_standing(t.standing) if t.standing else None,
-        reason=t.reason,
-    )
+def _shadow(n: InvariantEffect, shadow: Shadow) -> InvariantEffect:
+    return InvariantEffect(name=n.name, breaks=n.breaks, standing=n.standing, reason=shadow.reason)
 
 
 def ways(exact: DiscoveryFile, combined: CombinedResult, examined: LawFindings) -> Ways:

@@ -1,10 +1,12 @@
 """Content of discovery.json, the result of a discovery, and the records of an unfinished one."""
 
+from dataclasses import dataclass
 from typing import Any, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from mrfit.io.schemas.reading import Part, Stored
+from mrfit.core.specs import Invariance
+from mrfit.io.schemas.reading import Entry, Part, Stored
 
 SCHEMA = "mrfit/discovery/2"
 # The first had no examination by invariances
@@ -17,7 +19,8 @@ class Row(Part):
     model_config = ConfigDict(frozen=True, populate_by_name=True)
 
 
-class EffectParameter(Row):
+@dataclass(frozen=True, kw_only=True)
+class EffectParameter(Entry):
     """A parameter of an effect with its 95 % interval; None where the data leave an end open."""
 
     name: str
@@ -150,8 +153,12 @@ class DiscoveryDependence(Row):
     high: float
 
 
-class LawPlace(Row):
-    """A part of the samples, of travel since a reversal, speed or current, and the share of the law's error in it."""
+@dataclass(frozen=True, kw_only=True)
+class LawPlace(Entry):
+    """A part of the samples, a bin of ``over``, and the share of the law's squared error that lies in it.
+
+    ``over`` is ``travel`` since the motion turned, ``speed`` or ``control``; the bin is in SI.
+    """
 
     over: str
     low: float
@@ -189,7 +196,8 @@ class LawGap(Row):
     looks: str = ""
 
 
-class Confounded(Row):
+@dataclass(frozen=True, kw_only=True)
+class Confounded(Entry):
     """An effect that the law could imitate on these data, why, and the test that would separate them."""
 
     name: str
@@ -197,8 +205,27 @@ class Confounded(Row):
     test: str
 
 
-class Standing(Row):
-    """Significance of an effect beside the best law; see ``mrfit.discover.invariance.findings``."""
+@dataclass(frozen=True, kw_only=True)
+class EffectSignificance(Entry):
+    """How clearly an effect shows beside the best law.
+
+    Attributes
+    ----------
+    share
+        Of the squared error that no law makes, how much the effect takes.
+    kept
+        The same on conditions left out, the effect's value from the others, the law from all.
+    held
+        The same with the law from the others too, of a typical condition: the geometric mean.
+    size
+        Largest force of the effect over the range of the output.
+    z
+        Standard errors of its strength from neutral: scatter over conditions and over nuisances.
+    left
+        Share of its sensitivity's square that no law takes.
+    improved
+        Share of the conditions that are predicted better with it.
+    """
 
     share: float
     kept: float
@@ -210,22 +237,51 @@ class Standing(Row):
 
 
 class InvariantEffect(Row):
-    """An effect that stands whatever the law is, as long as the law keeps what ``tier`` says, or why it does not."""
+    """An effect that stands whatever the law is, as long as the law keeps what ``tier`` says, or why it does not.
+
+    Attributes
+    ----------
+    name, breaks, tier
+        The effect, the invariance that it breaks, and what has to hold for the name.
+    parameters
+        Its parameters; those of a common factor are all the same. Of one that does not stand, its strength to first
+        order, beside what is named; no interval.
+    force
+        Its largest force with its 95 % interval, which the data may tell better than single parameters.
+    standing
+        How clearly it shows; None where screening was enough.
+    one_of
+        Effects tested in its place that leave nearly as little, and those that are in the span of every law but would
+        make its mark too: the name is one of a set.
+    reason
+        Why it does not stand.
+    """
 
     name: str
-    breaks: str
+    breaks: Invariance
     tier: str = ""
     parameters: tuple[EffectParameter, ...] = ()
     force: EffectParameter | None = None
-    standing: Standing | None = None
+    standing: EffectSignificance | None = None
     one_of: tuple[str, ...] = ()
     reason: str = ""
 
 
-class BrokenInvariance(Row):
-    """An invariance that is broken by something that no effect of the library describes."""
+@dataclass(frozen=True, kw_only=True)
+class BrokenInvariance(Entry):
+    """An invariance that is broken by something that no effect of the library describes.
 
-    invariance: str
+    Attributes
+    ----------
+    invariance
+        Which one.
+    share, kept
+        Of the squared error beside the named effects, how much flexible terms take; the same on conditions left out.
+    size
+        Largest force of these terms over the range of the output.
+    """
+
+    invariance: Invariance
     share: float
     kept: float
     size: float

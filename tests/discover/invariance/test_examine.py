@@ -58,7 +58,7 @@ def test_an_effect_is_named_though_no_base_is_right(effect: Force, name: str, va
     assert own.low is not None
     assert own.high is not None
     assert own.low < value < own.high
-    assert named.standing.share > STANDARD.share
+    assert named.standing is not None and named.standing.share > STANDARD.share
     assert findings.errors.after < findings.errors.law
     breaks = load("effect", name).SPEC.breaks
     assert breaks is not None
@@ -84,8 +84,7 @@ def test_a_spring_of_gas_bends_and_is_no_end_stop(inverse_length: float) -> None
 def test_a_field_that_lags_is_named_with_what_looks_alike() -> None:
     findings = found(moved=lambda i: lag(np.ascontiguousarray(i[None]), np.array([0.03 / DT]))[0])
     assert [e.name for e in findings.named] == ["current-lag"]
-    assert findings.named[0].alike == ("delay",)
-    assert not findings.named[0].rivals
+    assert findings.named[0].one_of == ("delay",)
     assert findings.named[0].parameters[0].value == pytest.approx(0.03, rel=0.2)
 
 
@@ -121,7 +120,7 @@ def test_what_is_turned_down_has_the_strength_that_it_would_have() -> None:
         return force + 60.0 * channels["displacement"]
 
     without, own = (
-        {t.name: t.strength for t in examine(records(effect), None, library()).turned_down}["gas-spring"]
+        {t.name: t.parameters[0] for t in examine(records(effect), None, library()).turned_down}["gas-spring"]
         for effect in (no_effect, weak)
     )
     assert (own.name, own.unit, own.low) == ("k_g", "N/m", None)
@@ -138,7 +137,7 @@ def test_a_field_that_is_released_slowly_is_no_lag() -> None:
     share, tau = findings.named[0].parameters
     assert share.value == pytest.approx(0.6, rel=0.2)
     assert tau.value == pytest.approx(0.06, rel=0.25)
-    assert not findings.named[0].rivals
+    assert findings.named[0].one_of == load("effect", "slow-release").SPEC.breaks.alike
 
 
 def test_where_the_current_only_falls_a_lag_and_a_slow_release_are_one_set() -> None:
@@ -151,7 +150,7 @@ def test_where_the_current_only_falls_a_lag_and_a_slow_release_are_one_set() -> 
     rows = records(moved=lambda i: late(stairs(i)))
     down = [replace(r, channels={**r.channels, "current": stairs(r.control)}) for r in rows]
     (named,) = examine(down, None, library()).named
-    assert {named.name, *named.rivals} >= {"current-lag", "slow-release"}
+    assert {named.name, *named.one_of} >= {"current-lag", "slow-release"}
 
 
 @pytest.mark.parametrize("offset", [60.0, pytest.param(-60.0, marks=pytest.mark.slow)])
@@ -198,7 +197,7 @@ def test_what_a_base_has_is_confounded_and_its_law_is_said_to_be_off() -> None:
     assert findings.errors.base is not None
     assert findings.errors.base > findings.errors.law
     for kind in ("travel", "speed", "control"):
-        assert sum(p.share for p in findings.law_gap.where if p.over == kind) == pytest.approx(1.0)
+        assert sum(p.share_of_error for p in findings.law_gap.where if p.over == kind) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(("share", "applies"), [(1.0, True), (0.1, False)])

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from mrfit.discover.invariance.findings import EffectSignificance
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.law_rules import (
     EffectPair,
@@ -26,6 +25,7 @@ from mrfit.discover.selection.law_rules import (
     worth_refining,
     worth_weighing,
 )
+from mrfit.io.schemas.discovery import EffectSignificance
 
 GOOD = EffectSignificance(share=0.6, kept=0.5, held=0.4, size=0.05, z=20.0, left=0.1, improved=1.0)
 
