@@ -80,7 +80,7 @@ class DiscoveryOutcome:
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> DiscoveryOutcome:
-    """Find what a base model lacks, and write ``discover/``.
+    """Find the effects that a base model lacks, and write ``discover/``.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def model_toml(found: DiscoveryFile) -> str:
 
 
 def too_little(segments: Sequence[Segment], policy: Policy) -> str:
-    """Return what the data lack for any verdict, or an empty string."""
+    """Return the lack of the data for any verdict, or an empty string."""
     training = {s.condition for s in segments if s.role == "train"}
     if not any(s.role == "holdout" for s in segments):
         return (
@@ -209,7 +209,7 @@ def insufficient(asked: DiscoveryRequest, lacking: str) -> DiscoveryFile:
 
 @dataclass(frozen=True)
 class DiscoveryOutput:
-    """What is written of a discovery: discovery.json's content, and the errors of every sample, by column."""
+    """Files of a discovery: discovery.json's content, and the errors of every sample, by column."""
 
     found: DiscoveryFile
     series: Mapping[str, Array] = field(default_factory=dict)
@@ -217,7 +217,7 @@ class DiscoveryOutput:
 
 @dataclass(frozen=True)
 class _Job:
-    """Where a discovery is kept, how it is made, of what, and who is told."""
+    """Discovery to make: its workspace, settings, data, request and progress."""
 
     workspace: Workspace
     settings: Settings
@@ -228,7 +228,7 @@ class _Job:
 
 @dataclass(frozen=True)
 class Currents:
-    """How the base's parameters depend on current, and how that was chosen, None where no levels were held."""
+    """Dependence of the base's parameters on current, and its choice, None where no levels were held."""
 
     dependence: CurrentDependence | None
     choice: LawChoice | None = None
@@ -236,7 +236,7 @@ class Currents:
 
 @dataclass(frozen=True)
 class _JudgedDependence:
-    """What was decided with one dependence of the base on current, and what it was decided from."""
+    """Decision with one dependence of the base on current, and its evidence."""
 
     gathering: SimulatedEvidence
     chosen: Selection
@@ -244,14 +244,14 @@ class _JudgedDependence:
 
 @dataclass(frozen=True)
 class _DependenceChoice:
-    """What was decided with the dependence on current that was taken."""
+    """Decision with the dependence on current that was taken."""
 
     judged: _JudgedDependence
     currents: Currents
 
 
 def _discovered(job: _Job) -> DiscoveryOutput:
-    """Return what is written of a decision, with an examination by invariances where the law may be off."""
+    """Return the files of a decision, with an examination by invariances where the law may be off."""
     decided = _decided(job)
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     told = _exact(job, decided)
@@ -282,7 +282,7 @@ def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
 
 
 def _exact(job: _Job, decided: _DependenceChoice) -> DiscoveryFile:
-    """Return what is told of a base taken as exact."""
+    """Return the discovery of a base taken as exact."""
     dependence, choice = decided.currents.dependence, decided.currents.choice
     asked = replace(
         job.asked,
@@ -334,7 +334,7 @@ def _with_residual_floors(fitter: Fitter, base: Refit, recordings: Mapping[str, 
 
 
 def current_dependence(settings: Settings, data: Dataset) -> Currents:
-    """Return how the base's parameters depend on current, and how it was chosen.
+    """Return the dependence of the base's parameters on current, and its choice.
 
     It is the choice that a joint fit makes, but see ``LawChoice.as_base``. A current that changes during tests counts
     as two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the
@@ -353,7 +353,7 @@ def current_dependence(settings: Settings, data: Dataset) -> Currents:
 
 
 def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:
-    """Return how the base's parameters depend on current as asked for, or by their roles; None if they do not."""
+    """Return the dependence of the base's parameters on current as asked for, or by their roles; None for none."""
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
     shape = [p.name for p in spec.params if p.role == "hysteresis"]

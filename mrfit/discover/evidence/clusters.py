@@ -48,7 +48,7 @@ def clustered(
 
 
 def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array], members: Sequence[bool]) -> Array:
-    """Return what a condition's residual says along directions orthonormal over all conditions, leverage corrected."""
+    """Return the scores of a condition's residual along directions orthonormal over all, corrected for leverage."""
     columns = np.vstack([j @ basis for j, m in zip(jacobians, members, strict=True) if m])
     errors = np.concatenate([r for r, m in zip(residuals, members, strict=True) if m])
     leverages, vectors = np.linalg.eigh(columns.T @ columns)

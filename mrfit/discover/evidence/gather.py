@@ -81,7 +81,7 @@ class SimulatedEvidence:
         return self._refits[fit.number]
 
     def screen(self, present: Fit) -> EffectScreening:
-        """Return what each effect could add to a fit."""
+        """Return the screening of every effect beside a fit."""
         found = screen(self.fitter, self.refit_of(present), self._effects, self._policy)
         self._screened[present.number] = found
         matrix = cosines([s for s in found if s.candidate.shown])
@@ -96,7 +96,7 @@ class SimulatedEvidence:
         return paired_z(self.refit_of(before).holdout, self.refit_of(after).holdout)
 
     def strength(self, fit: Fit, effect: str) -> float:
-        """Return how many standard errors an effect of a fit is from neutral."""
+        """Return the distance of an effect of a fit from neutral, in standard errors."""
         return self.refit_of(fit).strength(effect)
 
     def reach(self, screened: Fit, effects: tuple[str, ...], fit: Fit) -> float:
@@ -105,7 +105,7 @@ class SimulatedEvidence:
         return reach(found, self.refit_of(fit), self.fitter.stride)
 
     def growths(self, fit: Fit, effect: str) -> tuple[Growth, ...]:
-        """Return how the strengths of an effect grow over the records."""
+        """Return the growth of an effect's strengths over the records."""
         return growths(self.fitter, self.refit_of(fit), effect)
 
     def structure(self, fit: Fit) -> float:
@@ -114,7 +114,7 @@ class SimulatedEvidence:
         return explainable(self.fitter.bench, refit.train, refit.holdout, self._seed)
 
     def repetition(self, fit: Fit) -> Repetition:
-        """Return what of the error repeats from cycle to cycle."""
+        """Return the part of the error that repeats from cycle to cycle."""
         bench, refit = self.fitter.bench, self.refit_of(fit)
         return Repetition(repeated_error(bench, refit), powers_by_output(bench, refit, self._policy.fewest_cycles))
 

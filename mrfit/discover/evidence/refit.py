@@ -83,7 +83,7 @@ class Refit:
         return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     def strength(self, effect: str) -> float:
-        """Return how many standard errors an effect is from neutral, by the clearest of its parameters."""
+        """Return the distance of an effect from neutral, in standard errors, by the clearest of its parameters."""
         neutral = self.cube.to_points(self.neutral_theta(effect))[0]
         return max(self._strength(at, neutral[at]) for at in self._moving(effect))
 
@@ -105,7 +105,7 @@ class Refit:
         return int(np.flatnonzero(self.cube.free == names.index(f"{effect}.{param.name}"))[0])
 
     def shapes(self, effect: str) -> dict[str, float]:
-        """Return where in their ranges, 0 to 1, an effect's shape parameters ended; a share is a form at either end.
+        """Return the places in their ranges, 0 to 1, at which an effect's shape parameters ended, without shares.
 
         A rate that may be zero, which only another effect's channel makes a form, is none.
         """
@@ -323,7 +323,7 @@ def _params(effect: str) -> tuple[Param, ...]:
 
 
 def _descent(problem: _Problem, progress: Progress) -> _Optimum:
-    """Return where a descent from the best start ends."""
+    """Return the end of a descent from the best start."""
     found = search.run(problem.posed, problem.points, Limits(), np.random.default_rng(0), NEARBY)
     return _Optimum(found.point, found.cost)
 

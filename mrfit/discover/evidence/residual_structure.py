@@ -93,7 +93,7 @@ def repeated_error(bench: Bench, fit: Refit) -> float:
 
 
 def powers_by_output(bench: Bench, fit: Refit, fewest_cycles: int) -> tuple[Contrast, ...]:
-    """Return how the error that does not repeat depends on how large the output is, for records of so many cycles."""
+    """Return contrasts of the error that does not repeat between large and small output, for long records."""
     contrasts = []
     stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
     for error, stretch in zip([*fit.train, *fit.holdout], stretches, strict=True):

@@ -1,4 +1,4 @@
-"""What each effect could take away of the present error, before any of them is fitted.
+"""Screening: the share of the present error that each effect could take, before any is fitted.
 
 An effect's sensitivity at neutral is projected off those of all parameters the model has already, so that what a refit
 of these could absorb does not count. The cosine between two projected sensitivities says whether the data can tell two
@@ -40,7 +40,7 @@ class ScreenedEffect:
 
 
 def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy: Policy) -> list[ScreenedEffect]:
-    """Return what each effect could add to a fitted model, best first."""
+    """Return the screening of every effect beside a fitted model, best first."""
     stride = fitter.stride
     errors = np.concatenate(present.train)[::stride]
     ends = np.cumsum([len(e) for e in present.train])
@@ -63,7 +63,7 @@ def reach(candidates: Sequence[ScreenedEffect], fit: Refit, stride: int) -> floa
 
 
 def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
-    """Return why the data cannot show an effect at all, or an empty string."""
+    """Return the reason for which the data cannot show an effect, or an empty string."""
     for name in effect.inputs:
         if name not in bench.channels:
             return f"cannot be judged: no {name}"

@@ -17,7 +17,7 @@ from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 
 def growths(fitter: Fitter, fit: Refit, effect: str) -> tuple[Growth, ...]:
-    """Return how each strength of an effect grows from the middle to the end of the records.
+    """Return the growth of each strength of an effect from the middle to the end of the records.
 
     Nothing for effects that may change within a record, as those that know time or temperature.
 

@@ -1,4 +1,4 @@
-"""What a base model gives to an examination: terms of its own for the nuisance, and its response."""
+"""A base model in an examination: terms of its own for the nuisance, and its response."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def none(records: Sequence[Record]) -> Base:
 
 
 def base_of(assembly: Assembly, theta: Array, records: Sequence[Record]) -> Base:
-    """Return what a base model gives, at the parameters (K,) of its fit.
+    """Return terms and response of a base model at the parameters (K,) of its fit.
 
     A base that takes the current itself, not through its parameters, gives no terms: they could not follow an effect
     that moves the current.

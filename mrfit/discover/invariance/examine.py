@@ -50,7 +50,7 @@ def examine(
     policy: Policy = STANDARD,
     exact: Sequence[Array] = (),
 ) -> LawFindings:
-    """Return which effects are there whatever the law is, and how far the law of a base is off.
+    """Return the effects that are there whatever the law is, and the error of a base's law.
 
     Parameters
     ----------

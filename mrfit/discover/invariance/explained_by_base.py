@@ -1,4 +1,4 @@
-"""Which effects a base has itself: their force lies in the span of its own linear terms."""
+"""Effects that a base has itself: their force lies in the span of its own linear terms."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -73,7 +73,7 @@ def lawful(base: Base, records: Sequence[Record], effects: Sequence[ExaminedEffe
 
 
 def _beyond(columns: Array, values: Array) -> Array:
-    """Return what of values (N, K) no combination of columns (N, p) makes."""
+    """Return the part of values (N, K) that no combination of columns (N, p) makes."""
     scaled = columns / (np.sqrt(np.mean(columns**2, axis=0)) + 1e-300)
     gram = scaled.T @ scaled
     gram[np.diag_indices_from(gram)] += 1e-9 * len(scaled)

@@ -1,4 +1,4 @@
-"""What an examination of invariances finds: effects that no law makes, and how far the law itself is off."""
+"""Findings of an examination of invariances: effects that no law makes, and the error of the law itself."""
 
 from dataclasses import dataclass, field, replace
 from math import isfinite
@@ -26,7 +26,7 @@ def closed(p: EffectParameter) -> EffectParameter:
 
 
 def significance(effect: InvariantEffect) -> EffectSignificance:
-    """Return how clearly an effect shows that is named, or was before another one cast a doubt on it."""
+    """Return the significance of an effect that is named, or was before another one cast a doubt on it."""
     assert effect.standing is not None
     return effect.standing
 
@@ -65,7 +65,7 @@ class LawErrors:
 
 @dataclass(frozen=True)
 class LawGap:
-    """How far the base's law itself is off: its response less that of the best law, effects put aside.
+    """Error of the base's law itself: its response less that of the best law, effects put aside.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ def _warmth(setting: RegressionData, at: int, state: State, law: Array) -> list[
 
 
 def _late(setting: RegressionData, at: int, state: State, law: Array) -> list[Array]:
-    """Return what currents that come late would change, by the law's slope to the current: all, and on the way down."""
+    """Return the effect of late currents, by the law's slope to the current: of all, and on the way down."""
     record = setting.records[at]
     if not any(r.moves for r in setting.records):
         return []
@@ -107,7 +107,7 @@ def broken(setting: RegressionData, weights: Sequence[Array], state: State, poli
 
 
 def _judged(made: GramTable, extra: Sequence[Sequence[Array]], invariance: Invariance) -> BrokenInvariance:
-    """Return what further columns take together, from all groups and from the others."""
+    """Return the shares that further columns take together, from all groups and from the others."""
     count, behind = len(extra[0]), made.size + len(made.free)
     weights = made.beside(behind + np.arange(count))
     grams = np.einsum("ia,gij,jb->gab", weights, made.grams, weights, optimize=True)

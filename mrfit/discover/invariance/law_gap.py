@@ -1,4 +1,4 @@
-"""How far the base's law itself is off, and where: its response less that of the best law, effects put aside."""
+"""Error of the base's law itself, and its places: its response less that of the best law, effects put aside."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from mrfit.io.schemas.discovery import LawPlace
 def law_gap(
     setting: RegressionData, response: Sequence[Array], state: State, made: GramTable, errors: tuple[float, float]
 ) -> LawGap | None:
-    """Return how far a base's law is off; None where its response is not known.
+    """Return the error of a base's law; None where its response is not known.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def law_gap(
 
 
 def _where(setting: RegressionData, differences: Sequence[Array]) -> list[LawPlace]:
-    """Return where the squared difference lies, over travel, speed and current, the largest bin of each first."""
+    """Return the places of the squared difference, over travel, speed and current, the largest bin of each first."""
     scales, records = setting.scales, setting.records
     squared = np.concatenate([d**2 for d in differences])
     since = [np.concatenate([np.zeros(r.lead), m.since]) for r, m in zip(records, setting.motions, strict=True)]

@@ -30,7 +30,7 @@ LEVELS = ("base", "static", "travel", "time", "relaxation")
 
 @dataclass(frozen=True)
 class Scales:
-    """What the columns are measured by, over all records.
+    """Scales of the columns, over all records.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class RecordMotion:
 
 
 def motion_of(record: Record, base: Array, scales: Scales) -> RecordMotion:
-    """Return what the motion of a record makes, beside the base's own terms (L + N, K)."""
+    """Return the columns that the motion of a record makes, beside the base's own terms (L + N, K)."""
     v, x = record.speed, record.place
     at = {
         s: np.tanh(v / (s * scales.speed))

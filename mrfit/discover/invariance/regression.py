@@ -36,7 +36,7 @@ class Regression:
         self._weights: dict[tuple[object, ...], list[Array]] = {}
 
     def screen(self, state: State, weighed: State) -> LawScreening:
-        """Return what each effect, and every two, could add to a state."""
+        """Return the screening of every effect, and of every two, beside a state."""
         return screened(self._settings[0], self._weighed(weighed, False), arrays(state))
 
     def refit(self, start: State, weighed: State, names: Sequence[str], level: int, longer: bool = False) -> LawFit:

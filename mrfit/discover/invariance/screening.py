@@ -1,4 +1,4 @@
-"""What every effect could take of what the best law leaves, to first order, before any is refined."""
+"""Screening: the share of the best law's residual that every effect could take, to first order."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -77,7 +77,7 @@ def _profiled(setting: RegressionData, weights: Sequence[Array], state: State, c
 def _pairs(
     setting: RegressionData, made: GramTable, tried: Sequence[_ScreenedStart], candidates: Sequence[LawCandidate]
 ) -> list[EffectPair]:
-    """Return what every two effects that the law leaves something of could take together, the most first."""
+    """Return the shares that two effects could take together, of those that the law leaves something of."""
     able = [c for c in candidates if c.left >= STANDARD.pair_left and not setting.known[c.name].constant]
     places = np.array([c.tried for c in able], dtype=np.int64)
     if len(able) < 2:
@@ -184,7 +184,7 @@ def _column(
     law: Array,
     slopes: Sequence[Array | None],
 ) -> list[Array]:
-    """Return what an effect would add at unit strength (one that moves the current: at its own), per record (n,)."""
+    """Return the force of an effect at unit strength (one that moves the current: at its own), per record (n,)."""
     found = []
     for at, record in enumerate(setting.records):
         slope = slopes[at]
@@ -203,7 +203,7 @@ def _column(
 
 
 def contribution(setting: RegressionData, state: State, name: str, law: Array) -> list[Array]:
-    """Return what one effect of a state adds to the force, law held, per record (n,), over the range.
+    """Return the force that one effect of a state adds, law held, per record (n,), over the range.
 
     Where the effect moves the current, the law without it is taken at currents that the law was fitted at: a field that
     stays behind never reaches the largest.
@@ -230,7 +230,7 @@ def _seen(setting: RegressionData, state: State) -> tuple[float, float]:
 
 
 def early(setting: RegressionData, state: State, law: Array) -> list[Array]:
-    """Return what a record that is early by one second would add, to first order, per record (n,)."""
+    """Return the force that a record early by one second would add, to first order, per record (n,)."""
     found = []
     for at, record in enumerate(setting.records):
         force = force_of_law(setting, at, state, law) + force_added(setting, at, state) / setting.scales.span

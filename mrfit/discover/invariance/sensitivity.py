@@ -1,4 +1,4 @@
-"""What an effect adds to a force, made from the effect's own function in its slot.
+"""Force that an effect adds, made from the effect's own function in its slot.
 
 An effect adds a force, multiplies the law (``theta``, ``output``), or moves the current that the law sees (``input``).
 A law of open form has no roles: an effect of the slot ``theta`` scales it as a whole, with one strength for all roles.
@@ -47,7 +47,7 @@ class ExaminedEffect:
 
     @property
     def breaks(self) -> Breaks:
-        """How it is told from any law."""
+        """Distinction of the effect from any law."""
         assert self.spec.breaks is not None
         return self.spec.breaks
 
@@ -156,7 +156,7 @@ def moved(effect: ExaminedEffect, record: Record, control: Array, theta: Array) 
 
 
 def factor(effect: ExaminedEffect, record: Record, theta: Array) -> Array:
-    """Return what an effect multiplies the law by, (L + N,): the mean over its roles, which share one strength."""
+    """Return the factor of an effect on the law (L + N,): the mean over its roles, which share one strength."""
     found = cast(ScalesParameters, effect.module).factors(record.channels, theta[None], record.dt)
     rows = [np.broadcast_to(f[0], record.speed.shape) for f in found.values()]
     mean: Array = np.mean(rows, axis=0)
@@ -180,7 +180,7 @@ def step_of(effect: ExaminedEffect, number: int, value: float) -> float:
 
 
 def missing(effect: ExaminedEffect, channels: frozenset[str], spans: Mapping[str, float]) -> str:
-    """Return why an effect cannot be judged: a channel is not there, or does not move; empty if it can."""
+    """Return the reason for which an effect cannot be judged, a channel missing or at rest; empty if it can."""
     lacking = [n for n in effect.spec.inputs if n not in channels]
     if lacking:
         return f"no {lacking[0]} in every record"

@@ -1,4 +1,4 @@
-"""How clearly an effect shows beside the best law: scatter over conditions and nuisances, and what it predicts."""
+"""Significance of an effect beside the best law: scatter over conditions and nuisances, and its predictions."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ LADDER = (TRAVEL, TIME, FULL)
 
 
 def described(setting: RegressionData, weights: Sequence[Array], fitted: LawRefinement, name: str) -> EffectDescription:
-    """Return how clearly one effect of a state shows beside the others."""
+    """Return the description of one effect of a state, and its significance beside the others."""
     effect = setting.known[name]
     level = level_of(effect)
     columns = contribution(setting, fitted.state, name, fitted.table.law)
@@ -145,7 +145,7 @@ def _standing(
 
 
 def _early(setting: RegressionData, weights: Sequence[Array], rest: dict[str, Array], name: str) -> tuple[float, float]:
-    """Return what a record that is early takes beside the best law, over what an effect takes: alone, and beside it.
+    """Return the shares that an early record takes beside the best law, over an effect's: alone, and beside it.
 
     The second is what it takes beside the effect, over what the effect takes beside it.
     """

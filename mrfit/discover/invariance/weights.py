@@ -43,7 +43,7 @@ def _padded(setting: RegressionData, at: int) -> Array:
 
 
 def residuals(setting: RegressionData, state: State, made: GramTable, level: int | None = None) -> list[Array]:
-    """Return what the best law with the effects of a state leaves, unweighted, per record (n,), over the range."""
+    """Return the residual of the best law with the effects of a state, unweighted, per record (n,), over the range."""
     gram = made.total
     found = made.solve(gram, effects=0) if level is None else made.solve(gram, level, effects=0)
     rows = rows_of(setting, state)

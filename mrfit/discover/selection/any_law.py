@@ -1,4 +1,4 @@
-"""Which effects no law makes: added one by one, or two where none alone is there, each then judged beside the others.
+"""Effects that no law makes: added one by one, or in twos, each then judged beside the others.
 
 What stands has to stand as well where a law may remember for longer than assumed, since the horizon of memory is a
 guess, and beside something without a name: where cavitation bends one direction of motion, an end stop far from the
@@ -86,7 +86,7 @@ class AnyLaw:
     policy: Policy
 
     def selected(self) -> LawSelection:
-        """Return what stands after effects were added, and all judged again."""
+        """Return the selection after effects were added, and all judged again."""
         return self.judged_together(grow(self, LawSelection()))
 
     def is_open(self, chosen: LawSelection, number: int) -> bool:
@@ -100,7 +100,7 @@ class AnyLaw:
         return replace(chosen, screened=screened), screening
 
     def additions(self, chosen: LawSelection, found: LawScreening) -> Iterator[LawSelection]:
-        """Yield what stands with the effect that leaves least, with one by weights of its own, or with two at once."""
+        """Yield the selection with the effect that leaves least, with one by weights of its own, or with two."""
         for add in (self._add_effect, self._add_effect_by_own_weights, self._add_pair):
             chosen = add(chosen, found)
             yield chosen
@@ -114,7 +114,7 @@ class AnyLaw:
         return self.source.refit(start, weighed, names, min(self.source.library[n].level for n in names))
 
     def _add_effect(self, chosen: LawSelection, screening: LawScreening) -> LawSelection:
-        """Return what stands with the effect that leaves least, the same state where none has proof."""
+        """Return the selection with the effect that leaves least, the same state where none has proof."""
         good, rest = worth_refining(screening.candidates, self.policy)
         state = chosen.state
         fits = {c.name: self._refit({**state, c.name: c.theta}, state, c.name) for c in good}
@@ -128,7 +128,7 @@ class AnyLaw:
         return replace(chosen, state=fits[outcome.winner].state, rivals=rivals)
 
     def _add_effect_by_own_weights(self, chosen: LawSelection, screening: LawScreening) -> LawSelection:
-        """Return what stands with the effect that takes most by weights of its own.
+        """Return the selection with the effect that takes most by weights of its own.
 
         By the residual of the law alone, the conditions weigh least in which the effect is largest.
         """
@@ -146,7 +146,7 @@ class AnyLaw:
         return chosen
 
     def _add_pair(self, chosen: LawSelection, screening: LawScreening) -> LawSelection:
-        """Return what stands with two effects at once, the same state where no two have proof."""
+        """Return the selection with two effects at once, the same state where no two have proof."""
         for pair in worth_pairing(screening, self.policy):
             start = {**chosen.state, **dict(zip(pair.names, pair.thetas, strict=True))}
             if len(start) > self.policy.most_named:
@@ -197,7 +197,7 @@ class AnyLaw:
         return replace(chosen, rivals=rivals)
 
     def beside_longer_memory(self, chosen: LawSelection) -> LawSelection:
-        """Return what stands where a law may remember for longer as well."""
+        """Return the effects that stand beside a law of longer memory as well."""
         first, sizes = chosen.state, {d.row.name: d.row.standing.size for d in chosen.found}
         again: dict[str, EffectDescription] = {}
 

@@ -66,7 +66,7 @@ class CombinedResult:
 
 @dataclass(frozen=True)
 class Floors:
-    """What is known of the noise floors of held-out conditions.
+    """Noise floors of held-out conditions.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ def _as_good_as_any_law(examined: LawFindings, policy: Policy) -> bool:
 
 
 def _shadow(effect: InvariantEffect, examined: LawFindings, policy: Policy) -> Shadow | None:
-    """Return why an effect is not believed; None if it is.
+    """Return the reason against an effect; None if it is believed.
 
     What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the
     effect would be a part of something else.
@@ -188,7 +188,7 @@ def _only_exact(chosen: Selection) -> str:
 
 
 def _difference(chosen: Selection, clear: Sequence[str], sets: Sequence[Sequence[str]]) -> str:
-    """Return how the ways differ where an examination names effects."""
+    """Return the difference of the ways in words, where an examination names effects."""
     suspected = chosen.final.effects or chosen.proven.effects
     mine = {*clear, *(n for group in sets for n in group)}
     others = [n for n in suspected if n not in mine]

@@ -19,7 +19,7 @@ from mrfit.discover.selection.rules import (
 
 @dataclass(frozen=True)
 class Inquiry:
-    """What a decision rests on.
+    """Source, thresholds and first screening of a decision.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Inquiry:
 
 @dataclass(frozen=True)
 class DuelResult:
-    """How a duel ended.
+    """Result of a duel.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class DuelResult:
 
 
 def duel(inquiry: Inquiry, present: Fit, passing: Sequence[EffectTrial]) -> DuelResult:
-    """Return how the best trial stands after encompassing tests against its rivals.
+    """Return the winner after encompassing tests of the best trial against its rivals.
 
     Parameters
     ----------

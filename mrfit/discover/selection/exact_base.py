@@ -1,4 +1,4 @@
-"""Which effects are missing: added one by one, each against its rivals, and none without proof on held-out conditions.
+"""Missing effects: added one by one, each against its rivals, and none without proof on held-out conditions.
 
 An effect is accepted if, refitted jointly with everything else, its parameter stands clear of neutral by more standard
 errors than the number of candidates could produce by chance, and it lowers the error on held-out conditions by more
@@ -51,7 +51,7 @@ class Follower:
 
 @dataclass(frozen=True)
 class Selection:
-    """What was decided, and what became of every candidate.
+    """Decision, and the fate of every candidate.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ class ExactBase:
     inquiry: Inquiry
 
     def selected(self) -> Selection:
-        """Return what stands after effects were added one by one, or in pairs where that leaves too much."""
+        """Return the selection after effects were added one by one, or in pairs where that leaves too much."""
         base, source = self.inquiry.base, self.inquiry.source
         chosen = grow(self, Selection(base, base, base, self.inquiry.screening))
         if not chosen.effects or not self._leaves_too_much(chosen):
@@ -196,7 +196,7 @@ class ExactBase:
         return replace(chosen, gains=gains, reasons=reasons, trials=first), SelectionRound(screening, trials)
 
     def additions(self, chosen: Selection, found: SelectionRound) -> Iterator[Selection]:
-        """Yield what stands with the effect that wins over its rivals, or with the best pair where none has proof."""
+        """Yield the selection with the effect that wins over its rivals, or with the best pair where none has proof."""
         passing = self._passing(found.trials)
         if passing:
             ending = duel(self.inquiry, chosen.final, passing)
@@ -251,7 +251,7 @@ class ExactBase:
         return sorted((t for t in trials if self.inquiry.passes(t)), key=lambda t: t.fit.holdout)
 
     def _accepted(self, chosen: Selection, fit: Fit, equals: tuple[str, ...] = ()) -> Selection:
-        """Return what stands with a fit of more effects; ``equals`` cannot be told from each other."""
+        """Return the selection with a fit of more effects; ``equals`` cannot be told from each other."""
         ambiguous = (*chosen.ambiguous, equals) if equals else chosen.ambiguous
         return replace(chosen, final=self.inquiry.source.search(fit), ambiguous=ambiguous)
 

@@ -14,7 +14,7 @@ TRAVEL, TIME, FULL = 2, 3, 4
 
 @dataclass(frozen=True)
 class LawCandidate:
-    """What screening says of an effect.
+    """Screening of one effect beside the best law.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class EffectPair:
 
 @dataclass(frozen=True)
 class LawScreening:
-    """What screening says of every effect, and of pairs, those that could take most first."""
+    """Screening of every effect, and of pairs, those that could take most first."""
 
     candidates: tuple[LawCandidate, ...] = ()
     pairs: tuple[EffectPair, ...] = ()
@@ -162,7 +162,7 @@ class LawSource(Protocol):
         """Number of groups of samples from which an error is told."""
 
     def screen(self, state: State, weighed: State) -> LawScreening:
-        """Return what each effect, and every two, could add to a state."""
+        """Return the screening of every effect, and of every two, beside a state."""
 
     def refit(self, start: State, weighed: State, names: Sequence[str], level: int, longer: bool = False) -> LawFit:
         """Return effects at their best numbers beside the best law up to a level, with the standing of some."""
@@ -201,7 +201,7 @@ def both(rows: Sequence[RefinedEffect], policy: Policy) -> bool:
 
 
 def screened_out(candidate: LawCandidate, policy: Policy) -> str:
-    """Return why a candidate is not refined."""
+    """Return the reason for which a candidate is not refined."""
     if candidate.left < policy.sensitivity_left:
         return "the law may have it"
     if candidate.wrong and candidate.share >= policy.worth_refining * policy.share:
@@ -220,7 +220,7 @@ def looks_early(row: RefinedEffect, policy: Policy) -> bool:
 
 
 def objection(row: RefinedEffect, policy: Policy) -> str:
-    """Return why a refined effect is not there; empty if it is."""
+    """Return the objection to a refined effect; empty if there is none."""
     s = row.standing
     reasons = (
         (s.left < policy.sensitivity_left, "the law may have it"),
@@ -265,7 +265,7 @@ def stands_weighed(row: RefinedEffect, policy: Policy) -> bool:
 
 @dataclass(frozen=True)
 class RefinementRound:
-    """What one round of refinements decides: the effect to add, or none, its rivals, and why others are not there."""
+    """Decision of one round of refinements: the effect to add, or none, its rivals, and objections to others."""
 
     winner: str
     rivals: tuple[str, ...]

@@ -39,7 +39,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Candidate:
-    """What screening says of one effect.
+    """Screening of one effect.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class EffectScreening:
-    """What each effect could add to a fit.
+    """Screening of every effect beside a fit.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class EffectScreening:
 
 @dataclass(frozen=True)
 class Growth:
-    """How one strength of an effect seems to grow over the records.
+    """Apparent growth of one strength of an effect over the records.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Growth:
 
 @dataclass(frozen=True)
 class Contrast:
-    """How the error that does not repeat depends on how large the output is, in one record.
+    """Contrast of the error that does not repeat between large and small output, in one record.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class Contrast:
 
 @dataclass(frozen=True)
 class Repetition:
-    """What repeats from cycle to cycle, and what does not, of the error of a fit.
+    """Parts of the error of a fit that repeat from cycle to cycle, and that do not.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class Repetition:
 
 @dataclass(frozen=True)
 class LibraryEffect:
-    """What the library says of one effect.
+    """Entry of the library on one effect.
 
     Attributes
     ----------
@@ -209,7 +209,7 @@ class EvidenceSource(Protocol):
         """Yield refits that are known together; a label says what was done."""
 
     def screen(self, present: Fit) -> EffectScreening:
-        """Return what each effect could add to a fit."""
+        """Return the screening of every effect beside a fit."""
 
     def search(self, fit: Fit) -> Fit:
         """Return a fit that is searched for again from many starts."""
@@ -218,19 +218,19 @@ class EvidenceSource(Protocol):
         """Return by how many standard errors the squared hold-out error falls."""
 
     def strength(self, fit: Fit, effect: str) -> float:
-        """Return how many standard errors an effect of a fit is from neutral, by the clearest of its parameters."""
+        """Return the distance of an effect of a fit from neutral, in standard errors, by its clearest parameter."""
 
     def reach(self, screened: Fit, effects: tuple[str, ...], fit: Fit) -> float:
         """Return the share of a fit's squared training error that effects screened at another fit could take."""
 
     def growths(self, fit: Fit, effect: str) -> tuple[Growth, ...]:
-        """Return how the strengths of an effect grow over the records; nothing where they may."""
+        """Return the growth of an effect's strengths over the records; nothing where they may grow."""
 
     def structure(self, fit: Fit) -> float:
         """Return the share of the squared hold-out error that a model predicts which knows no physics."""
 
     def repetition(self, fit: Fit) -> Repetition:
-        """Return what of the error repeats from cycle to cycle, and whether what does not knows the output."""
+        """Return the parts of the error that repeat from cycle to cycle and that do not."""
 
 
 def refit(source: EvidenceSource, wanted: Try | Join) -> Fit:

@@ -68,7 +68,7 @@ def leaves_little(pair: Fit, base: Fit, policy: Policy) -> bool:
 
 
 def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: Collection[str] = ()) -> EffectTrial:
-    """Return what an effect takes by the fits without and with it, and how clear it then has to be.
+    """Return the gain of an effect by the fits without and with it, and the clarity that is asked of it.
 
     Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
     """
@@ -99,7 +99,7 @@ def beyond_chance(trial: EffectTrial, policy: Policy) -> bool:
 
 
 def objection(trial: EffectTrial, policy: Policy) -> str:
-    """Return what an effect lacks for a proof; empty if nothing."""
+    """Return the objection to an effect; empty if it has proof."""
     if not helps(trial, policy):
         return "it does not lower the error on held-out conditions"
     if not beyond_chance(trial, policy):
@@ -126,7 +126,7 @@ def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
 
 
 def limits(fit: Fit, effect: str, rival: LibraryEffect, policy: Policy) -> int:
-    """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form.
+    """Return the number of an effect's shape parameters that ended at a bound: limits of its form.
 
     Those that its rival has too say nothing of which of the two it is.
     """

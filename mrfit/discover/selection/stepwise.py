@@ -28,13 +28,13 @@ class EffectComparison(Protocol[S, R]):
         """Return whether another round of trials may follow after so many."""
 
     def trials(self, chosen: S, number: int) -> tuple[S, R]:
-        """Return what is said of every candidate beside what is in, and the trials of this round."""
+        """Return the selection with the fate of every candidate, and the trials of this round."""
 
     def additions(self, chosen: S, found: R) -> Iterator[S]:
-        """Yield what stands after each way to add: with more effects, or with the same where none has proof."""
+        """Yield the selection after each way to add: with more effects, or with the same where none has proof."""
 
     def reassessed(self, chosen: S) -> S:
-        """Return what stands when every effect was judged again beside the others."""
+        """Return the selection after every effect was judged again beside the others."""
 
 
 def grow(comparison: EffectComparison[S, R], chosen: S) -> S:

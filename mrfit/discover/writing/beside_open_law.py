@@ -73,7 +73,7 @@ def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str
 
 
 def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = None) -> LawFindings:
-    """Return which effects are there whatever the law is, on fitted and held-out conditions together.
+    """Return the effects that are there whatever the law is, on fitted and held-out conditions together.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = Non
 
 
 def not_applicable(output: str, channels: Collection[str]) -> str:
-    """Return why records of an output cannot be examined, empty if they can.
+    """Return the reason for which records of an output cannot be examined, empty if they can.
 
     The invariances are those of forces and torques that a motion makes. A flux follows a current: its law is odd and
     forgets as well, but the current is its motion and its control at once, and its integrated record knows the time.
@@ -112,7 +112,7 @@ def not_applicable(output: str, channels: Collection[str]) -> str:
 
 
 def _left(bench: Bench, records: Sequence[Record], fit: Refit) -> list[Array]:
-    """Return what a model leaves of every record, as means over as many samples as the record has them."""
+    """Return the residual of a model for every record, as means over as many samples as the record has them."""
     errors, found = {"train": iter(fit.train), "holdout": iter(fit.holdout)}, []
     for stretch, record in zip(bench.stretches, records, strict=True):
         own, every = next(errors[stretch.segment.role]) * stretch.floor, int(round(record.dt / stretch.block.dt))

@@ -1,4 +1,4 @@
-"""What an effect that is not named does to the output, sample by sample, in the fit in which it had its proof.
+"""Contribution of an effect that is not named, sample by sample, in the fit in which it had its proof.
 
 Its force is what the output loses when it alone is set to neutral; the remainder is what is then left of the
 measurement.

@@ -1,4 +1,4 @@
-"""What is said of a decision, measured before it is written: gaps, intervals, regions, what could stand instead."""
+"""Findings of a decision, measured before it is written: gaps, intervals, regions, alternatives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ class Findings:
 
 
 def findings(gathering: SimulatedEvidence, chosen: Selection, policy: Policy) -> Findings:
-    """Return what is said of a decision; refits that only show what could stand instead are made here."""
+    """Return the findings of a decision; refits that only show alternatives are made here."""
     bench = gathering.fitter.bench
     before, after = gathering.refit_of(chosen.base), gathering.refit_of(chosen.final)
     gap = gap_of(bench, before, after)
@@ -141,7 +141,7 @@ def _rms(errors: Sequence[Array], floors: Sequence[float]) -> float:
 
 
 def regions_of(bench: Bench, fit: Refit) -> list[Region]:
-    """Return where a fit errs, over training and held-out segments together."""
+    """Return the regions in which a fit errs, over training and held-out segments together."""
     stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
     errors = [e * s.floor for e, s in zip([*fit.train, *fit.holdout], stretches, strict=True)]
     return locate(bench, errors, stretches)
@@ -202,7 +202,7 @@ def _taken_back(gathering: SimulatedEvidence, chosen: Selection) -> list[Suspect
 def _swapped(
     gathering: SimulatedEvidence, chosen: Selection, fit: Fit, swap: tuple[str, str], instead_of: str = ""
 ) -> Suspect:
-    """Return what the second of two effects would be in a fit in place of the first, from which it cannot be told."""
+    """Return the second of two effects in a fit in place of the first, from which it cannot be told."""
     own, other = swap
     effects = tuple(other if e == own else e for e in fit.effects)
     return _suspect(gathering, chosen, refit(gathering, Join(effects, (fit.values,))), other, instead_of)

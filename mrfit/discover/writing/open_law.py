@@ -144,7 +144,7 @@ def _tests(examined: LawFindings, combined: CombinedResult) -> list[str]:
 
 
 def _candidates(rows: tuple[Candidate, ...], combined: CombinedResult) -> tuple[Candidate, ...]:
-    """Return what became of every effect, where some are named beside an open law."""
+    """Return the fate of every effect, where some are named beside an open law."""
     shadows = {s.name: s.reason for s in combined.shadows}
     standing = {n.name: n for n in combined.standing}
     changed = []
@@ -160,7 +160,7 @@ def _candidates(rows: tuple[Candidate, ...], combined: CombinedResult) -> tuple[
 
 
 def law_gap(exact: DiscoveryFile, examined: LawFindings, policy: Policy) -> LawGap | None:
-    """Return how far the base's law is off, and what share of its gap the law, effects and neither of them take."""
+    """Return the error of the base's law, and the shares of its gap that the law, effects and neither of them take."""
     found, errors = examined.law_gap, examined.errors
     if found is None or errors.base is None:
         return None
@@ -181,7 +181,7 @@ def law_gap(exact: DiscoveryFile, examined: LawFindings, policy: Policy) -> LawG
 
 
 def _where(places: tuple[LawPlace, ...], policy: Policy) -> list[str]:
-    """Return where a law is off, in words: of each kind the bin that holds most beyond its samples."""
+    """Return the places of a law's error in words: of each kind the bin that holds most beyond its samples."""
     said = []
     for over in dict.fromkeys(p.over for p in places):
         most = max((p for p in places if p.over == over), key=lambda p: p.share_of_error - p.share_of_samples)
@@ -204,7 +204,7 @@ def _bin(p: LawPlace) -> str:
 
 
 def examination(combined: CombinedResult, examined: LawFindings, output: str) -> Examination:
-    """Return what an examination found."""
+    """Return the entry of an examination."""
     if examined.not_applicable:
         return Examination(not_applicable=examined.not_applicable)
     shadows = {s.name: s for s in combined.shadows}
@@ -231,7 +231,7 @@ def _shadow(n: InvariantEffect, shadow: Shadow) -> InvariantEffect:
 
 
 def ways(exact: DiscoveryFile, combined: CombinedResult, examined: LawFindings) -> Ways:
-    """Return what each way says, and whether they agree."""
+    """Return the results of both ways, and whether they agree."""
     own = Way(verdict=exact.verdict, effects=tuple(e.name for e in exact.effects), ambiguous_set=exact.ambiguous_set)
     sets = tuple(sorted({e for group in combined.ambiguous for e in group})) if combined.law_is_open else ()
     names = tuple(n.name for n in combined.standing if n.name not in sets)

@@ -1,4 +1,4 @@
-"""Where the error sits, in regions a person knows: share of the squared error against share of the samples."""
+"""Places of the error, in regions a person knows: share of the squared error against share of the samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -122,7 +122,7 @@ def _electric(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
 
 
 def _near_reversal(rate: Array, dt: float, frequency: float) -> Mask:
-    """Return where the rate changes sign within a twentieth of a cycle (of 20 ms where there is no cycle)."""
+    """Return the samples near a change of the rate's sign: a twentieth of a cycle (20 ms where there is no cycle)."""
     turns = np.flatnonzero(np.diff(np.sign(rate)) != 0)
     reach = max(int((STANDARD.near_reversal / frequency if frequency > 0 else STANDARD.near_reversal_time) / dt), 1)
     marks = np.zeros(len(rate) + 1)
@@ -133,7 +133,7 @@ def _near_reversal(rate: Array, dt: float, frequency: float) -> Mask:
 
 
 def _after_steps(current: Array, dt: float, top: float) -> tuple[Mask, Mask]:
-    """Return where the current has risen, and fallen, by a step within the last 40 ms."""
+    """Return the samples at most 40 ms after the current rose, and after it fell, by a step."""
     short, window = max(int(STANDARD.step_rise * STANDARD.step_window / dt), 1), max(int(STANDARD.step_window / dt), 1)
     change = np.zeros(len(current))
     change[short:] = current[short:] - current[:-short]

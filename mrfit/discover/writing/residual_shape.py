@@ -1,4 +1,4 @@
-"""How the error looks: a curve over a channel of the motion or the current, a loop over it, or a mark of reversals.
+"""Shape of the error: a curve over a channel of the motion or the current, a loop over it, or a mark of reversals.
 
 The shape is learnt on training conditions and judged by what it predicts of held-out ones. A static law that is wrong
 leaves a curve. A model without memory where the specimen has some leaves what no curve can follow: a loop, or an error

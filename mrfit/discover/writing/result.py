@@ -28,7 +28,7 @@ from mrfit.io.schemas.discovery import (
 
 @dataclass(frozen=True)
 class DiscoveryRequest:
-    """What a discovery was asked, and of which data.
+    """Question of a discovery: base model, seed and data.
 
     Attributes
     ----------

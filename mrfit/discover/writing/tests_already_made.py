@@ -1,4 +1,4 @@
-"""Which tests that an experiment asks for are among those that were made, so that nobody is asked for them again."""
+"""Tests that an experiment asks for and that were made, so that nobody is asked for them again."""
 
 from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest

@@ -207,7 +207,7 @@ class Confounded(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class EffectSignificance(Entry):
-    """How clearly an effect shows beside the best law.
+    """Significance of an effect beside the best law.
 
     Attributes
     ----------
