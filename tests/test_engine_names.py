@@ -15,13 +15,13 @@ ENGINE = ("discover/", "fit/", "search/", "signal/", "optimizers/")
 # File and name -> why it may say it
 ALLOWED = {
     (
-        "discover/regions.py",
+        "discover/writing/regions.py",
         "displacement",
     ): "regions are told to people in words that only suit this channel: end of stroke",
-    ("discover/regions.py", "velocity"): "pre-yield, post-yield, rebound",
-    ("discover/regions.py", "angular_velocity"): "held-out tests that go faster",
-    ("discover/regions.py", "current"): "after a step of the current",
-    ("discover/regions.py", "temperature"): "cold and hot third; the channel, not the effect of this name",
+    ("discover/writing/regions.py", "velocity"): "pre-yield, post-yield, rebound",
+    ("discover/writing/regions.py", "angular_velocity"): "held-out tests that go faster",
+    ("discover/writing/regions.py", "current"): "after a step of the current",
+    ("discover/writing/regions.py", "temperature"): "cold and hot third; the channel, not the effect of this name",
     ("fit/select.py", "velocity"): "`--only MH` is defined by peak velocity",
     ("fit/select.py", "displacement"): "from which it is derived",
     ("fit/diagnostics/identifiability.py", "inertia"): "a role of parameters, not the effect of this name",
