@@ -64,8 +64,9 @@ def _show(made: "DriftFile") -> None:
         console.say(f"  {note}")
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})
-    plural = ["s" * (count != 1) for count in (made.units, drifts, odd)]
+    plural = ["s" * (count != 1) for count in (made.units, made.tests, drifts, odd)]
     console.conclude(
-        f"Drift: {made.units} unit{plural[0]}, {made.tests} tests; {drifts} drift{plural[1]}, {odd} unit{plural[2]} "
+        f"Drift: {made.units} unit{plural[0]}, {made.tests} test{plural[1]}; {drifts} drift{plural[2]}, "
+        f"{odd} unit{plural[3]} "
         f"that stand{'s' * (odd == 1)} out; {', '.join(made.files)}"
     )

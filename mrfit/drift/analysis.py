@@ -13,7 +13,7 @@ from scipy.special import ndtr, stdtrit
 
 from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
-from mrfit.drift.population import UNITS_NEEDED, Population, heavy_tailed, odd_units, without
+from mrfit.drift.population import UNITS_NEEDED, Population, odd_units, population
 from mrfit.drift.source import FitValue, columns_of
 from mrfit.io.schemas.drift import (
     ChangePoint,
@@ -119,7 +119,7 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
     """Return the comparison of values, and the trends behind it, parameter by parameter."""
     trends = [_fitted(t) for t in _trends(values, settings.over)]
     tests = sum(len(t.names) for t in trends)
-    trends = [_with_population(t, tests, settings.robust) for t in trends]
+    trends = [_with_population(t, tests) for t in trends]
     probabilities = [p for t in trends if t.fitted for p in t.fitted.probabilities[1:]]
     adjusted = iter(_holm(np.array(probabilities)))
     slopes = [[next(adjusted) for _ in t.covariates] if t.fitted else [] for t in trends]
@@ -196,21 +196,17 @@ def _fitted(trend: Trend) -> Trend:
     )
 
 
-def _with_population(trend: Trend, tests: int, robust: bool) -> Trend:
-    """Return a trend with the distribution over units at the mean of the covariates, without those that stand out."""
+def _with_population(trend: Trend, tests: int) -> Trend:
+    """Return a trend with the distribution over units at the mean of the covariates."""
     if len(trend.names) < UNITS_NEEDED:
         return trend
     values, variances = _levels(trend)
     odd = odd_units(values, variances, tests)
-    if robust:
-        # heavy tails are part of the law: units that stand out are named and stay
-        return replace(trend, population=heavy_tailed(values, variances), odd=odd)
     if odd:
         trend = _fitted(replace(trend, odd=odd))
         values, variances = _levels(trend)
     lost = 0 if trend.repeated else len(trend.covariates)
-    found = without(values, variances, [k for k, _, _ in odd], lost)
-    return replace(trend, population=found)
+    return replace(trend, population=population(values, variances, [k for k, _, _ in odd], lost))
 
 
 def _levels(trend: Trend) -> tuple[Array, Array]:

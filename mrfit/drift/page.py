@@ -52,8 +52,9 @@ def render(found: DriftFile, trends: Sequence[Trend]) -> str:
         drawn = inline(figure(trends), "d", "Every parameter over its covariate, or by unit")
         sections.append(Section(f"Trends over {what}", figures=[Drawn("", caption, drawn)]))
     words = (
-        f"{found.units} units, {found.tests} tests. Values of units are taken as normal about the mean of the "
-        f"population, each with the variance of its fit. Chance names a drift in {DRIFT_LEVEL:.1%} of comparisons. "
+        f"{found.units} unit{'s' * (found.units != 1)}, {found.tests} test{'s' * (found.tests != 1)}. Means and "
+        "deviations take units as normal, without those that stand out; ranges take all, with tails that may be "
+        f"heavier. Chance names a drift in {DRIFT_LEVEL:.1%} of comparisons. "
         "Deviations and changes are shares of the value where its scale is logarithmic."
     )
     return render_sections("Drift and units", words, (), sections, "drift.json, drift.csv", script=hover_script())

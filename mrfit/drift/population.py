@@ -2,16 +2,19 @@
 
 y_i ~ N(μ, ω² + c_i) with known c_i. Of the true ω², Q(ω²) = Σ (y_i − μ̂)²/(ω² + c_i) is χ² of n − 1 degrees of freedom.
 Draws of χ² give draws of ω², and with them of μ: generalised pivotal quantities (Iyer, Wang and Mathew 2004). They are
-exact where all c_i are equal. Intervals, tolerance intervals and predictions are quantiles over the draws.
+exact where all c_i are equal. Intervals of the mean and of the standard deviation are quantiles over the draws.
+
+Few units do not show whether their tails are those of the normal law. Tolerance intervals take Student's t whose
+degrees of freedom are unknown (Lange, Little and Taylor 1989): draws of the posterior of degrees, scale and mean.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr, ndtri, stdtr, stdtrit
+from scipy.special import gammaln, ndtr, stdtr, stdtrit
 
 from mrfit.core.specs import Array, Index
 
@@ -24,9 +27,13 @@ ODD_UNIT_LEVEL = 0.01
 ODD_CANDIDATES = 2
 # Least variance between units that is distinguished from none, as a share of the greatest that the data allow
 VARIANCE_GRID, LEAST_SHARE = 600, 1e-9
-# Degrees of freedom of units with heavy tails, and steps to their mean
-HEAVY_DEGREES, REWEIGHTINGS = 4.0, 20
+TAIL_DEGREES, TAIL_PRIOR = np.array([3.0, 4.0, 6.0, 10.0, 1e6]), np.array([0.125, 0.125, 0.125, 0.125, 0.5])
+"""Degrees of freedom of Student's t that units may follow, the last as good as normal, and their prior."""
+# Scales of these laws, over the variance of the values, and steps to the mean at each
+TAIL_SCALES, REWEIGHTINGS = np.geomspace(1e-4, 1e2, 120), 8
 BISECTIONS = 40
+# Distances of a law's centre from an interval's, in scales, at which the interval is computed
+OFF_CENTRE_PLACES = 65
 
 
 @dataclass(frozen=True)
@@ -38,11 +45,11 @@ class Population:
     values, variances
         Of every unit (N,), on the scale of the search, and their known variances.
     mean, variance
-        Estimates of μ and, by restricted likelihood, of ω².
+        Estimates of μ and, by restricted likelihood, of ω², of all units but odd ones.
     means, sigmas
-        Draws of μ and ω (B,).
-    degrees
-        Of Student's t that the units follow; infinite for normal ones.
+        Draws of μ and ω (B,), of the same.
+    lost
+        Degrees of freedom that a regression on the same values took.
     """
 
     values: Array
@@ -51,7 +58,7 @@ class Population:
     variance: float
     means: Array
     sigmas: Array
-    degrees: float = math.inf
+    lost: int = 0
 
     @property
     def mean_interval(self) -> tuple[float, float]:
@@ -64,41 +71,54 @@ class Population:
         return _ends(self.sigmas)
 
     @cached_property
+    def tails(self) -> tuple[Array, Array, Array]:
+        """Draws (B,) of degrees, mean and scale of the law of all units, odd ones among them.
+
+        The prior of the scale is 1/σ; the mean is normal about its best value.
+        """
+        rng, y, count = np.random.default_rng(0), self.values, len(self.values)
+        grid = TAIL_SCALES * (float(np.var(y, ddof=1)) + 1e-300)
+        nu, scales = TAIL_DEGREES[:, None, None], grid[:, None] + self.variances
+        mean = np.full((len(TAIL_DEGREES), len(grid), 1), float(np.median(y)))
+        for _ in range(REWEIGHTINGS):
+            weights = (nu + 1.0) / (nu * scales + (y - mean) ** 2)
+            mean = np.sum(weights * y, axis=2, keepdims=True) / weights.sum(axis=2, keepdims=True)
+        nu = TAIL_DEGREES[:, None]
+        precision = (nu + 1.0) / (nu + 3.0) * np.sum(1.0 / scales, axis=1)
+        logarithm = count * (gammaln((nu + 1.0) / 2.0) - gammaln(nu / 2.0) - 0.5 * np.log(nu)) - 0.5 * np.log(precision)
+        ratios = np.log1p((y - mean) ** 2 / (nu[:, :, None] * scales))
+        logarithm = logarithm - 0.5 * np.sum(np.log(scales) + (nu[:, :, None] + 1.0) * ratios, axis=2)
+        share = TAIL_PRIOR[:, None] * np.exp(logarithm - logarithm.max())
+        law, place = np.divmod(rng.choice(share.size, PIVOT_DRAWS, p=share.ravel() / share.sum()), len(grid))
+        means = mean[law, place, 0] + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(precision[law, place])
+        # even within a step of the grid, which is even in the logarithm
+        step = (TAIL_SCALES[1] / TAIL_SCALES[0]) ** rng.uniform(-0.5, 0.5, PIVOT_DRAWS)
+        wider = (count - 1) / max(count - 1 - self.lost, 1)
+        return TAIL_DEGREES[law], means, np.sqrt(grid[place] * step * wider)
+
+    @cached_property
     def tolerance(self) -> tuple[float, float]:
         """Interval that holds 95 % of all units with 95 % confidence."""
-        off = np.abs(self.means - self.mean)
-        low, high = np.zeros(PIVOT_DRAWS), off + 3.0 * self.sigmas
-        sigmas = np.maximum(self._scales, 1e-300)
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2.0
-            held = self._share((middle - off) / sigmas) - self._share((-middle - off) / sigmas)
-            low, high = (
-                np.where(held < TOLERANCE_CONTENT, middle, low),
-                np.where(held < TOLERANCE_CONTENT, high, middle),
-            )
-        half = float(np.quantile(high, CONFIDENCE_OF_TOLERANCE))
-        return self.mean - half, self.mean + half
+        degrees, means, scales = self.tails
+        centre = float(np.median(means))
+        off = np.abs(means - centre) / scales
+        places = np.linspace(0.0, float(off.max()), OFF_CENTRE_PLACES)
+        reach = np.empty(PIVOT_DRAWS)
+        for nu in TAIL_DEGREES:
+            own = degrees == nu
+            reach[own] = np.interp(off[own], places, _reach(nu, places)) * scales[own]
+        half = float(np.quantile(reach, CONFIDENCE_OF_TOLERANCE))
+        return centre - half, centre + half
 
-    @property
+    @cached_property
     def limits(self) -> tuple[float, float]:
         """One-sided bounds: 95 % of all units are above the first, 95 % below the second, each with 95 % confidence."""
-        quantile = ndtri(TOLERANCE_CONTENT) if self.degrees == math.inf else stdtrit(self.degrees, TOLERANCE_CONTENT)
-        reach = float(quantile) * self._scales
+        degrees, means, scales = self.tails
+        reach = stdtrit(degrees, TOLERANCE_CONTENT) * scales
         return (
-            float(np.quantile(self.means - reach, 1.0 - CONFIDENCE_OF_TOLERANCE)),
-            float(np.quantile(self.means + reach, CONFIDENCE_OF_TOLERANCE)),
+            float(np.quantile(means - reach, 1.0 - CONFIDENCE_OF_TOLERANCE)),
+            float(np.quantile(means + reach, CONFIDENCE_OF_TOLERANCE)),
         )
-
-    @property
-    def _scales(self) -> Array:
-        """Draws of the scale of the law of units (B,)."""
-        scales: Array = self.sigmas * (1.0 if self.degrees == math.inf else math.sqrt(1.0 - 2.0 / self.degrees))
-        return scales
-
-    def _share(self, places: Array) -> Array:
-        """Return the share of units below places in scales."""
-        share = ndtr(places) if self.degrees == math.inf else stdtr(self.degrees, places)
-        return np.asarray(share, dtype=np.float64)
 
     @property
     def scores(self) -> Array:
@@ -112,47 +132,43 @@ class Population:
         return float(np.mean(2.0 * ndtr(-np.abs(value - self.means) / spread)))
 
 
-def population(values: Array, variances: Array, lost: int = 0, seed: int = 0) -> Population:
+def _reach(degrees: float, off: Array) -> Array:
+    """Return half of the intervals that hold 95 % of Student's t of unit scale, centred so far off (G,) its own."""
+    low, high = off, off + float(stdtrit(degrees, (1.0 + TOLERANCE_CONTENT) / 2.0))
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        short = stdtr(degrees, middle - off) - stdtr(degrees, -middle - off) < TOLERANCE_CONTENT
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return np.asarray(high)
+
+
+def population(values: Array, variances: Array, odd: Sequence[int] = (), lost: int = 0, seed: int = 0) -> Population:
     """Return the distribution of values (N,) with known variances (N,) over at least three units.
 
-    ``lost`` are degrees of freedom that a regression on the same values took.
+    Parameters
+    ----------
+    values, variances
+        Of every unit.
+    odd
+        Units that stand out: they take no part in mean and standard deviation.
+    lost
+        Degrees of freedom that a regression on the same values took.
+    seed
+        What draws.
     """
-    grid, mean, precision, squares = _profile(values, variances)
+    sound = np.setdiff1d(np.arange(len(values)), odd)
+    y, known = values[sound], variances[sound]
+    grid, mean, precision, squares = _profile(y, known)
     rng = np.random.default_rng(seed)
-    chi = rng.chisquare(max(len(values) - 1 - lost, 1), PIVOT_DRAWS)
+    chi = rng.chisquare(max(len(y) - 1 - lost, 1), PIVOT_DRAWS)
     # Q falls with ω²: where it starts below a draw, ω² is none
     drawn = np.interp(-chi, -squares, grid)
     means = np.interp(drawn, grid, mean) + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(np.interp(drawn, grid, precision))
-    best = _restricted(values, variances)
-    weights = 1.0 / (best + variances)
+    best = _restricted(y, known)
+    weights = 1.0 / (best + known)
     return Population(
-        values, variances, float(weights @ values / weights.sum()), best, means, np.sqrt(np.maximum(drawn, 0.0))
+        values, variances, float(weights @ y / weights.sum()), best, means, np.sqrt(np.maximum(drawn, 0.0)), lost
     )
-
-
-def heavy_tailed(values: Array, variances: Array, seed: int = 0) -> Population:
-    """Return the distribution of values (N,) whose units follow Student's t of few degrees.
-
-    Draws are of the posterior of the scale on a grid, with the prior 1/σ, and of the mean about its best value there.
-    """
-    rng, nu = np.random.default_rng(seed), HEAVY_DEGREES
-    spread = float(np.var(values, ddof=1)) + 1e-300
-    grid = np.geomspace(1e-6, 1e3, VARIANCE_GRID) * spread
-    scales = grid[:, None] + variances
-    mean = np.full(len(grid), float(np.median(values)))
-    for _ in range(REWEIGHTINGS):
-        weights = (nu + 1.0) / (nu * scales + (values - mean[:, None]) ** 2)
-        mean = np.sum(weights * values, axis=1) / weights.sum(axis=1)
-    ratios = (values - mean[:, None]) ** 2 / (nu * scales)
-    precision = np.sum((nu + 1.0) / (nu + 3.0) / scales, axis=1)
-    logarithm = -0.5 * np.sum(np.log(scales) + (nu + 1.0) * np.log1p(ratios), axis=1) - 0.5 * np.log(precision)
-    # the grid is even in the logarithm, so that the prior 1/σ is flat on it
-    share = np.exp(logarithm - logarithm.max())
-    place = rng.choice(len(grid), PIVOT_DRAWS, p=share / share.sum())
-    best, wider = int(np.argmax(logarithm)), nu / (nu - 2.0)
-    means = mean[place] + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(precision[place])
-    sigmas = np.sqrt(grid[place] * wider)
-    return Population(values, variances, float(mean[best]), float(grid[best]) * wider, means, sigmas, nu)
 
 
 def _profile(values: Array, variances: Array) -> tuple[Array, Array, Array, Array]:
@@ -227,12 +243,6 @@ def _moments(values: Array, variances: Array) -> Array:
     weights = 1.0 / np.maximum(omega + variances, 1e-300)
     scores: Array = (values - weights @ values / weights.sum()) * np.sqrt(weights)
     return scores
-
-
-def without(values: Array, variances: Array, odd: Sequence[int], lost: int = 0) -> Population:
-    """Return the distribution over all units but odd ones; units stay among the values."""
-    kept = np.setdiff1d(np.arange(len(values)), odd)
-    return replace(population(values[kept], variances[kept], lost), values=values, variances=variances)
 
 
 def _ends(draws: Array) -> tuple[float, float]:

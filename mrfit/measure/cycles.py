@@ -7,7 +7,7 @@ the samples about it, of one branch alone, so that a jump at a reversal stays on
 that of these weights.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -46,6 +46,8 @@ CORNER_SAMPLES = 96
 """Samples of a cycle below which a corner beside a reversal may pass unseen."""
 FEWEST_AT_REVERSAL = 32
 """Samples of a cycle below which a corner beside a reversal is not told from a jump at it."""
+AT_REVERSAL = 1e-3
+"""Share of a sample interval within which a sample is at a reversal: a spline through both would have no bounds."""
 DRIFT_BEYOND = 1.0
 """Numbers of the measured cycles before and after them over which their drift is taken to go on."""
 SPLINE_SAMPLES = 200
@@ -214,15 +216,25 @@ class Cycles:
         )
 
     def samples(self, up: bool) -> list[slice]:
-        """Return the samples of every branch, its reversals excluded."""
+        """Return the samples of every branch; one at a reversal belongs to none."""
         begin, end = self.branch_times(up)
-        first, last = np.searchsorted(self.time, begin, side="right"), np.searchsorted(self.time, end, side="left")
+        edge = AT_REVERSAL * self.dt
+        first, last = np.searchsorted(self.time, begin + edge), np.searchsorted(self.time, end - edge)
         return [slice(int(a), int(b)) for a, b in zip(first, last, strict=True)]
 
     def branches(self, up: bool) -> list[tuple[Array, Array]]:
         """Return place and force (S,) of the samples of every branch."""
-        parts = zip(self.samples(up), *self.branch_times(up), strict=True)
-        return [((self.time[s] - begin) / (end - begin), self.force[s]) for s, begin, end in parts]
+        return self._placed[up]
+
+    @cached_property
+    def _placed(self) -> dict[bool, list[tuple[Array, Array]]]:
+        return {
+            up: [
+                ((self.time[s] - begin) / (end - begin), self.force[s])
+                for s, begin, end in zip(self.samples(up), *self.branch_times(up), strict=True)
+            ]
+            for up in (True, False)
+        }
 
     def moved(self, up: bool, at: Array) -> Array:
         """Return the displacement in m from the middle of the stroke at places (S,) of a branch."""
@@ -232,14 +244,26 @@ class Cycles:
         """Return the velocity in m/s at places (S,) of a branch."""
         return np.interp(at, BRANCH_GRID, self.table[up][1])
 
-    def regression(self, rows: Iterable[tuple[Array, Array]]) -> list[PerCycle]:
+    def regression(self, rows: Sequence[tuple[Array, Array]]) -> list[PerCycle]:
         """Return the coefficients of least squares of every cycle, from its functions (S, P) and forces (S,)."""
-        found = []
-        for basis, force in rows:
-            inverse = np.linalg.pinv(basis)
-            found.append((inverse @ force, self.noise**2 * np.sum(inverse**2, axis=1)))
-        values, noise = (np.array(column).T for column in zip(*found, strict=True))
-        return [PerCycle(*one) for one in zip(values, noise, strict=True)]
+        values, powers, _ = _least_squares(rows)
+        return [PerCycle(*one) for one in zip(values.T, self.noise**2 * powers.T, strict=True)]
+
+    def local_fit(self, places: Sequence[Array], rows: Sequence[tuple[Array, Array]], worse: float) -> PerCycle:
+        """Return the first coefficient of least squares of every cycle, with a bound of what all of them share.
+
+        Parameters
+        ----------
+        places
+            Of the samples of every cycle (S,).
+        rows
+            Functions at these places (S, P) and forces (S,) of every cycle.
+        worse
+            Error of the fit over the RMS of what repeats in its residuals.
+        """
+        values, powers, left = _least_squares(rows)
+        shared = worse * _common_rms(np.concatenate(places), left, values.shape[1])
+        return PerCycle(values[:, 0], self.noise**2 * powers[:, 0], shared, self.zero)
 
     def window(self, place: float, half: float) -> Window:
         """Return the window about a place that has enough samples, within the branch."""
@@ -269,18 +293,17 @@ class Cycles:
     def fitted(self, up: bool, place: float, window: Window) -> PerCycle:
         """Return the value at a place of polynomials of the force over a window of every branch."""
         low, high = window.ends
-        worse = WORSE if low < place < high else WORSE_AT_END
-        local = LocalFit(self.noise, worse, self.zero)
+        places, rows = [], []
         for at, force in self.branches(up):
             ends = int(np.searchsorted(at, low, "left")), int(np.searchsorted(at, high, "right"))
             # windows of few samples are widened by these
             a, b = _widened(*ends, window.degree + 2, len(at))
             at = at[a:b] - place
-            scale = float(np.max(np.abs(at))) or 1.0
-            basis = np.vander(at / scale, min(window.degree, b - a - 1) + 1, increasing=True)
-            root = _taper(at / scale) if window.tapered else np.ones(len(at))
-            local.add(at, basis * root[:, None], force[a:b] * root)
-        return local.found
+            share = at / (float(np.max(np.abs(at))) or 1.0)
+            root = _taper(share) if window.tapered else np.ones(len(at))
+            places.append(at)
+            rows.append((np.vander(share, window.degree + 1, increasing=True) * root[:, None], force[a:b] * root))
+        return self.local_fit(places, rows, WORSE if low < place < high else WORSE_AT_END)
 
     def about_reversal(self, greatest: bool) -> list[tuple[Array, Array]]:
         """Return place, below 0 before the greatest or least displacement, and force (S,) of every cycle."""
@@ -295,15 +318,17 @@ class Cycles:
         """
         step = 2.0 / self.per_cycle
         width = min(max(END_WINDOW, END_SAMPLES * step), 1.0)
-        local = LocalFit(self.noise, WORSE_AT_END, self.zero)
-        narrow = LocalFit(self.noise, WORSE_AT_END, self.zero)
-        for at, force in self.about_reversal(greatest):
-            for fit, reach, terms in ((local, width, 7), (narrow, width * 2.0 / 3.0, 5)):
-                near = np.abs(at) <= reach
-                fit.add(at[near], _even_and_odd(at[near] / reach)[:, :terms], force[near])
-        found, other = local.found, narrow.found
+        cycles = self.about_reversal(greatest)
+
+        def fit(reach: float, terms: int) -> PerCycle:
+            near = [(at[inside], force[inside]) for at, force in cycles for inside in (np.abs(at) <= reach,)]
+            rows = [(_even_and_odd(at / reach)[:, :terms], force) for at, force in near]
+            return self.local_fit([at for at, _ in near], rows, WORSE_AT_END)
+
+        found = fit(width, 7)
         if self.per_cycle >= CORNER_SAMPLES:
             return found
+        other = fit(width * 2.0 / 3.0, 5)
         apart = float(np.mean(found.values - other.values))
         chance = 2.0 * float(np.sqrt(np.mean(found.noise + other.noise) / self.count))
         return replace(found, shared=max(found.shared, WORSE * (abs(apart) - chance)))
@@ -318,12 +343,13 @@ class Cycles:
         begin, end = self.branch_times(up)
         values, noise, thin = np.empty(self.count), np.empty(self.count), np.empty((2, self.count))
         for k, samples in enumerate(self.samples(up)):
-            time = np.concatenate([[begin[k]], self.time[samples], [end[k]]])
-            parts, rate = np.diff(time) / 2.0, self.motion(self.time[samples], 1)
-            weights = (parts[1:] + parts[:-1]) * rate
-            values[k] = thin[:, k] = float(weights @ self.force[samples])
+            time, force = np.concatenate([[begin[k]], self.time[samples], [end[k]]]), self.force[samples]
+            parts, rate = np.diff(time) / 2.0, self.motion(time, 1)
+            weights = (parts[1:] + parts[:-1]) * rate[1:-1]
+            values[k] = thin[:, k] = float(weights @ force)
             if self.per_cycle < SPLINE_SAMPLES:
-                power = np.concatenate([[0.0], self.force[samples] * rate, [0.0]])
+                # of a noisy motion the velocity at a reversal need not be zero
+                power = rate * np.concatenate([force[:1], force, force[-1:]])
                 values[k] = _integral(time, power)
                 halves = (np.r_[0, first : len(time) - 1 : 2, len(time) - 1] for first in (1, 2))
                 thin[:, k] = [_integral(time[half], power[half]) for half in halves]
@@ -376,56 +402,40 @@ def _even_and_odd(at: Array) -> Array:
     return np.stack([np.ones(len(at)), at**2, sign, at, at * size, size, sign * np.sqrt(size)], axis=1)
 
 
-class LocalFit:
-    """Least squares over a window, cycle by cycle: the first coefficient, and a bound of the common residual."""
+def _least_squares(rows: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
+    """Return coefficients (N, P), sums of their squared weights (N, P), and the residuals of all rows together."""
+    samples = [len(force) for _, force in rows]
+    bases = np.zeros((len(rows), max(samples), rows[0][0].shape[1]))
+    forces = np.zeros(bases.shape[:2])
+    # rows of zeros beyond the last sample of a cycle change nothing
+    for k, (basis, force) in enumerate(rows):
+        bases[k, : len(force)], forces[k, : len(force)] = basis, force
+    inverse = np.linalg.pinv(bases)
+    values = np.einsum("nps,ns->np", inverse, forces)
+    left = forces - np.einsum("nsp,np->ns", bases, values)
+    return values, np.sum(inverse**2, axis=2), left[np.arange(left.shape[1]) < np.array(samples)[:, None]]
 
-    def __init__(self, noise: float, worse: float, zero: float) -> None:
-        self.level, self.worse, self.zero = noise, worse, zero
-        self.values: list[float] = []
-        self.noise: list[float] = []
-        self.at: list[Array] = []
-        self.left: list[Array] = []
-        self.terms = 0
 
-    def add(self, at: Array, basis: Array, force: Array) -> None:
-        """Take a cycle: places (S,), functions there (S, P) and force (S,)."""
-        inverse = np.linalg.pinv(basis)
-        coefficients = inverse @ force
-        self.values.append(float(coefficients[0]))
-        self.noise.append(self.level**2 * float(inverse[0] @ inverse[0]))
-        self.at.append(at)
-        self.left.append(force - basis @ coefficients)
-        self.terms = basis.shape[1]
+def _common_rms(at: Array, left: Array, terms: int) -> float:
+    """Return the RMS of what repeats in residuals (S,) at places: the functions cannot follow it, noise does not.
 
-    @property
-    def found(self) -> PerCycle:
-        """The coefficient of every cycle."""
-        return PerCycle(np.array(self.values), np.array(self.noise), self._shared(), self.zero)
-
-    def _shared(self) -> float:
-        """Return a bound of the error by what repeats in the residuals: the functions cannot follow it, noise does not.
-
-        Residuals are averaged over places; where these means differ from zero by more than the scatter about them
-        explains, the fit has an error of their size.
-        """
-        at, left = np.concatenate(self.at), np.concatenate(self.left)
-        bins = self.terms + 4
-        edges = np.quantile(at, np.linspace(0.0, 1.0, bins + 1)[1:-1])
-        which = np.searchsorted(edges, at)
-        counts = np.bincount(which, minlength=bins)
-        there = counts > 0
-        means = np.bincount(which, left, bins)[there] / counts[there]
-        samples, places = len(left), int(there.sum())
-        freedom = samples - places - self.terms
-        if places <= self.terms or freedom < 4:
-            return 0.0
-        between = float(counts[there] @ means**2)
-        within = (float(left @ left) - between) / freedom
-        ratio = between / (places - self.terms) / within if within > 0.0 else np.inf
-        chance = float(fdtrc(places - self.terms, freedom, ratio))
-        if chance > COMMON_CHANCE or between <= COMMON_ROUNDING * float(np.sum(np.concatenate(self.left) ** 2)):
-            return 0.0
-        return self.worse * float(np.sqrt(between / samples))
+    Residuals are averaged over places; 0 where these means do not differ from zero by more than the scatter about them
+    explains.
+    """
+    bins = terms + 4
+    which = np.searchsorted(np.quantile(at, np.linspace(0.0, 1.0, bins + 1)[1:-1]), at)
+    counts = np.bincount(which, minlength=bins)
+    there = counts > 0
+    means = np.bincount(which, left, bins)[there] / counts[there]
+    samples, places = len(left), int(there.sum())
+    freedom = samples - places - terms
+    if places <= terms or freedom < 4:
+        return 0.0
+    between, whole = float(counts[there] @ means**2), float(left @ left)
+    within = (whole - between) / freedom
+    ratio = between / (places - terms) / within if within > 0.0 else np.inf
+    chance = float(fdtrc(places - terms, freedom, ratio))
+    return 0.0 if chance > COMMON_CHANCE or between <= COMMON_ROUNDING * whole else float(np.sqrt(between / samples))
 
 
 def cycles_of(recording: Recording, segment: Segment, skew: float = 0.0) -> Cycles:

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import fdtri, stdtr, stdtrit
-from scipy.stats import linregress
 
 from mrfit.core.specs import Array
 
@@ -238,11 +237,14 @@ def line_of(values: Array) -> Line | None:
     count = len(values)
     if count < 3:
         return None
-    line = linregress(np.arange(count), values)
-    slope, error = float(line.slope), float(line.stderr)
-    variance = error**2 * (count**3 - count) / 12.0
+    number, power = np.arange(count) - (count - 1) / 2.0, (count**3 - count) / 12.0
+    slope = float(number @ values) / power
+    left = values - values.mean() - slope * number
+    variance = float(left @ left) / (count - 2)
+    error = float(np.sqrt(variance / power))
     half = float(stdtrit(count - 2, 0.5 + CONFIDENCE / 2.0)) * error
-    return Line(ConfidenceInterval(slope, slope - half, slope + half), variance, float(line.pvalue))
+    chance = 2.0 * float(stdtr(count - 2, -abs(slope) / error)) if error > 0.0 else float(slope == 0.0)
+    return Line(ConfidenceInterval(slope, slope - half, slope + half), variance, chance)
 
 
 def known(value: float, low: float, high: float, freedom: float = 0.0) -> Estimate:

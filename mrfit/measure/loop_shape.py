@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import BRANCH_GRID, WORSE, Cycles, LocalFit, Window
+from mrfit.measure.cycles import BRANCH_GRID, WORSE, Cycles, Window
 from mrfit.measure.forces import Forces
 from mrfit.measure.intervals import PerCycle, estimate
 from mrfit.measure.quantity import Quantity, without
@@ -118,13 +118,14 @@ def _velocities(cycles: Cycles, up: bool, place: float) -> PerCycle:
     """
     half = max(0.02, 3.0 * 2.0 / cycles.per_cycle)
     here = cycles.velocity(not up if place < 0.0 else up, np.array([place + (place < 0.0)]))
-    local, rows = LocalFit(cycles.noise, WORSE, cycles.zero), []
+    places, rows = [], []
     for at, force in cycles.about_reversal(not up):
         near = np.abs(at - place) <= half
         speeds = np.where(at < 0.0, cycles.velocity(not up, at + 1.0), cycles.velocity(up, at))[near] - here
         rows.append((np.stack([np.ones(len(speeds)), speeds, speeds**2], axis=1), force[near]))
-        local.add(at[near], *rows[-1])
-    slope, level = float(cycles.regression(rows)[1].values.mean()), local.found
+        places.append(at[near])
+    slope = float(cycles.regression(rows)[1].values.mean())
+    level = cycles.local_fit(places, rows, WORSE)
     speeds = (here - level.values / slope) * cycles.gains.values
     return PerCycle(speeds, level.noise / slope**2, level.shared / abs(slope), -level.zero / slope)
 

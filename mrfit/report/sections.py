@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.metadata import version
 from typing import Any
 
@@ -28,12 +29,12 @@ class Table:
     digits: int = 3
     first: int = OPEN_ROWS
 
-    @property
+    @cached_property
     def numeric(self) -> list[bool]:
         """Whether there is a number in each column, given as one or as text."""
         return [any(_is_number(row[k]) for row in self.rows) for k in range(len(self.heads))]
 
-    @property
+    @cached_property
     def cells(self) -> list[list[str]]:
         """The rows as they are shown."""
         return [[cell(value, self.digits) for value in row] for row in self.rows]

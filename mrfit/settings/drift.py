@@ -23,8 +23,6 @@ class Settings:
         Table (CSV) with a column ``log`` and columns of numbers; None for none.
     at
         Motion and current at which the force is compared, as ``HZ:M:A``; empty for none.
-    robust
-        Whether units may have heavy tails, as Student's t of 4 degrees: ranges are wider, units that stand out stay.
     fit
         Name of the fit in every workspace; empty where each has one.
     """
@@ -38,5 +36,4 @@ class Settings:
         Setting("Table (CSV) of covariates with a column 'log'.", metavar="FILE", form=PATH, show_default=False),
     ] = None
     at: Annotated[str, Setting("Compare the force at a sine and a current, as 1:0.01:0.5.", metavar="HZ:M:A")] = ""
-    robust: Annotated[bool, Setting("Allow for heavy tails of the units: wider ranges.")] = False
     fit: Annotated[str, Setting("Name of the fit in every workspace; default: the only one.", names="fit")] = ""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 A4_INCHES = (8.27, 11.69)
-LEFT_EDGE, RIGHT_EDGE, BOTTOM_EDGE = 0.075, 0.955, 0.045
+LEFT_EDGE, RIGHT_EDGE, BOTTOM_EDGE = 0.075, 0.94, 0.045
 LINE_HEIGHT = 0.0128
 """Height of a line of text over that of the page."""
 PRINTED_QUANTITIES = (*MAIN_QUANTITIES, "friction", "gas force")
@@ -77,7 +77,8 @@ def _head(canvas: "Figure", sheet: SheetContent, unit: UnitRow, several: bool) -
         canvas.text(RIGHT_EDGE, y, unit.verdict, fontsize=14, weight="bold", color=colour, ha="right")
     facts = [*([("Unit", unit.unit)] if several else []), *facts_of(sheet.file)]
     facts = [(k, v) for k, v in facts if k not in ("Sign", "Intervals", "Judged")]
-    tests = f"{len(unit.conditions)} conditions, {sum(c.cycles for c in unit.conditions)} cycles"
+    counts = {"condition": len(unit.conditions), "cycle": sum(c.cycles for c in unit.conditions)}
+    tests = ", ".join(f"{count} {noun}{'s' * (count != 1)}" for noun, count in counts.items())
     sources = sorted({Path(c.source).name for c in unit.conditions})
     if sheet.file.limits:
         facts.append(("Limits", sheet.file.limits))

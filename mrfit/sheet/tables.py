@@ -1,6 +1,7 @@
 """Tables of a test sheet, the same in the terminal and on the page."""
 
 from collections.abc import Sequence
+from itertools import groupby
 
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, SheetCondition, SheetFile, VerdictRow
 from mrfit.report.sections import Table
@@ -36,11 +37,18 @@ def condition_table(condition: SheetCondition, unknown: bool = True) -> Table:
 
 
 def across_table(rows: Sequence[AcrossRow]) -> Table:
-    """Return the quantities of several conditions together."""
+    """Return the quantities of several conditions together, in one row those that have none for the same reason."""
     heads = ("conditions", "quantity", "value", "95 % interval", "unit", "note")
-    return Table(
-        "Quantities across conditions", heads, [[a.conditions, a.quantity.name, *numbers_of(a.quantity)] for a in rows]
-    )
+    alike = groupby(rows, lambda a: (a.conditions, a.quantity.reason or a.quantity.name))
+    cells = [
+        [
+            first.conditions,
+            ", ".join([first.quantity.name, *(a.quantity.name for a in more)]),
+            *numbers_of(first.quantity),
+        ]
+        for _, (first, *more) in alike
+    ]
+    return Table("Quantities across conditions", heads, cells)
 
 
 def verdict_table(rows: Sequence[VerdictRow], caption: str = "Verdicts", several: bool = False) -> Table:

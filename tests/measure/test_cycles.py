@@ -1,5 +1,7 @@
 """Quantities of whole cycles against closed forms: without noise, with it, at few samples a cycle, with a skew."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -143,3 +145,13 @@ def test_a_viscous_damper_has_no_stiffness_and_no_yield() -> None:
     assert found["xi_eff"].reason == "K_eff is not distinct from zero"
     assert "no elastic unloading" in found["F_y"].reason
     assert found["K_eff"].estimate is not None and found["K_eff"].estimate.low <= 0.0 <= found["K_eff"].estimate.high
+
+
+def test_a_reversal_at_a_sample_where_the_motion_still_moves_leaves_the_work() -> None:
+    # as of a noisy motion; a spline through 0 there and the power of the sample had a work of 1e7 J
+    time = np.arange(1001) / 100.0
+    force = 300.0 * np.sin(2 * np.pi * time)
+    whole = cycles(recording("a", 0.01, displacement=-0.01 * np.cos(2 * np.pi * time), force=force))
+    for apart in (1e-14, 1e-7, 1e-4):
+        moved = replace(whole, reversals=0.01 * np.round(100.0 * whole.reversals) + 0.01 - apart)
+        assert moved.work.values == pytest.approx(np.full(whole.count, 3.0 * np.pi), rel=0.02)
