@@ -20,9 +20,9 @@ HEAD = """# Test sheet
 `python -m benchmarks.sheet_coverage > docs/benchmarks/sheet.md`
 
 Five closed-form dampers by four pairs of frequency and rate (0.5 Hz at 200 /s to 10 Hz at 5 000 /s), 125 bilinear ones
-and 32 of each other kind, and a third of these at 20 and 40 samples a cycle; noise of 0.1 to 1 % of force and stroke; a
-third each with a drift of the force's zero up to 2 %, with a skew of one sample that is stated, or neither. The truth is
-that of the damper, so that a drift is an error.
+and 32 of each other kind, a third of these also at 20 and 40 samples a cycle; noise of 0.1 to 1 % of force and stroke;
+a third each with a drift of the force's zero up to 2 %, with a skew of one sample that is stated, or neither. The truth
+is that of the damper, so that a drift is an error.
 Errors of forces are shares of the peak force. "Noise allows" counts the cases whose half interval is 0.2 % at most,
 and the last column how many of these have an error of 0.2 % at most.
 
