@@ -17,8 +17,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
 from mrfit.kernels.elements import response_of
-from mrfit.kernels.sliding import slip, slip_step, stuck
-from mrfit.kernels.theta import plain
+from mrfit.kernels.sliding import slip_step, stuck
 
 SPEC = EffectSpec(
     name="coulomb-friction",
@@ -59,8 +58,4 @@ _stepped = response_of(SPEC, rest, step)
 
 def term(channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the friction in N, shape (P, N), of fc in N, r in m and v_r in m/s, theta (P, 3)."""
-    x, v = plain(channels["displacement"]), channels["velocity"]
-    if isinstance(dt, np.ndarray):
-        return _stepped(np.stack([x, v]), theta, dt)
-    force: Array = theta[:, :1] * slip(x, v, theta[:, 1], theta[:, 2])
-    return force
+    return _stepped(np.stack([channels["displacement"], channels["velocity"]]), theta, dt)

@@ -17,8 +17,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
 from mrfit.kernels.elements import response_of
-from mrfit.kernels.sliding import slip, slip_step, stuck
-from mrfit.kernels.theta import plain
+from mrfit.kernels.sliding import slip_step, stuck
 
 SPEC = EffectSpec(
     name="stribeck",
@@ -59,10 +58,4 @@ _stepped = response_of(SPEC, rest, step)
 
 def term(channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of fs in N, vs and v_r in m/s and r in m, theta (P, 5)."""
-    fs, vs, power = theta[:, :1], theta[:, 1:2], theta[:, 2:3]
-    x, v = plain(channels["displacement"]), channels["velocity"]
-    if isinstance(dt, np.ndarray):
-        return _stepped(np.stack([x, v]), theta, dt)
-    fading = np.exp(-((np.abs(v) / vs) ** power))
-    force: Array = fs * fading * slip(x, v, theta[:, 3], theta[:, 4])
-    return force
+    return _stepped(np.stack([channels["displacement"], channels["velocity"]]), theta, dt)

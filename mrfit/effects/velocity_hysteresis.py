@@ -16,8 +16,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
 from mrfit.kernels.elements import response_of
-from mrfit.kernels.filters import level, level_of, play_step, smooth_play
-from mrfit.kernels.theta import plain
+from mrfit.kernels.filters import level, level_of, play_step
 
 SPEC = EffectSpec(
     name="velocity-hysteresis",
@@ -63,6 +62,5 @@ _stepped = response_of(SPEC, rest, step)
 def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the effective velocity in m/s, shape (N,); theta is (Omega, w) in 1/s and m/s."""
     x, v = channels["displacement"], channels["velocity"]
-    if isinstance(dt, np.ndarray):
-        return {"velocity": _stepped(np.stack([x - level_of(x, dt), v]), theta[None], dt)[0]}
-    return {"velocity": smooth_play(plain(v), theta[1]) + theta[0] * (x - level(x))}
+    middle = level_of(x, dt) if isinstance(dt, np.ndarray) else level(x)
+    return {"velocity": _stepped(np.stack([x - middle, v]), theta[None], dt)[0]}

@@ -124,7 +124,12 @@ def bend_step(
 def play_step(
     y: float, chord: tuple[float, float], before: float, now: float, half_width: float, dt: float
 ) -> tuple[float, float, float]:
-    """Return ``smooth_play`` at a step's end, and travel and length of the step; ``chord`` is those of the last one."""
+    """Return ``play`` at a step's end, smooth at turns; travel and length of the step. ``chord`` is those of the last.
+
+    A sampled signal misses up to an eighth of its second difference at every turn, which is travel that a narrow play
+    would have seen. So it turns between the samples, at the vertex of the parabola through the last three; no sample
+    knows of those after it.
+    """
     travel, length = now - before, dt
     if chord[1] > 0.0 and dt > 0.0:
         one, other = chord[0] / chord[1], travel / dt
@@ -329,27 +334,6 @@ def release(held: float, before: float, now: float, decay: float, follow: float)
     """Return the held part above 0 of a signal a sample later: its new value, or what is left if more."""
     old, new = max(before, 0.0), max(now, 0.0)
     return max(new, new + decay * (held - old) - follow * (new - old))
-
-
-@kernel
-def smooth_play(x: Array, half_width: float) -> Array:
-    """Return ``play`` of a signal (N,) that is smooth: it turns between the samples, at a parabola's vertex.
-
-    A sampled signal misses up to an eighth of its second difference at every turn, which is travel that a narrow play
-    would have seen. The parabola goes through the last three samples; no sample knows of those after it.
-    """
-    y = np.empty_like(x)
-    state = 0.0
-    for j in range(len(x)):
-        if j > 1:
-            before, after = x[j - 1] - x[j - 2], x[j] - x[j - 1]
-            # its slopes at the first and at the last of them have unlike signs
-            if (3.0 * before - after) * (3.0 * after - before) < 0.0:
-                vertex = x[j - 1] - (before + after) ** 2 / (8.0 * (after - before))
-                state = max(vertex - half_width, min(vertex + half_width, state))
-        state = max(x[j] - half_width, min(x[j] + half_width, state))
-        y[j] = state
-    return y
 
 
 def level(x: Array) -> float:
