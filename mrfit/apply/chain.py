@@ -22,8 +22,15 @@ INPUT, BASE, ADD, ADD_MIDDLE, TERM, SHAPING, OUTPUT, DELAY, FACTORS = range(9)
 # or output is kept
 _COLUMNS = "address kind wires wire states state param late numbers ring places channel last".split()
 ELEMENT = np.dtype([(name, np.int64) for name in _COLUMNS])
-# Row of ``Chain.laws``, for each parameter of the base: basis or -1, form, first of its nodes
-LAW = np.dtype([(name, np.int64) for name in ("basis", "form", "first")])
+# Row of ``Chain.laws``, for each parameter of the base: basis or -1, form, first of its nodes, bounds
+LAW = np.dtype([(name, np.int64) for name in ("basis", "form", "first")] + [("low", float), ("high", float)])
+# Row of ``Chain.pieces``: basis, number and first of its nodes, range of current, knee, the nodes
+MOST_NODES = 5
+PIECE = np.dtype(
+    [(name, np.int64) for name in ("basis", "count", "first")]
+    + [(name, float) for name in ("low", "high", "knee")]
+    + [("nodes", float, (MOST_NODES,))]
+)
 PLAIN_LAW, LOG_LAW, BOUNDED_LAW = range(3)
 WIRED = 16
 
@@ -35,6 +42,8 @@ class Places(NamedTuple):
     ----------
     channels, current, params
         Number of channels, the current's place among them, number of the base's parameters.
+    low, high
+        Range of the laws of current in A.
     own, block
         Of base and middle base: their row, and where their channels and parameters are kept.
     small, whole
@@ -52,6 +61,8 @@ class Places(NamedTuple):
     channels: int
     current: int
     params: int
+    low: float
+    high: float
     own: tuple[int, int]
     block: tuple[int, int]
     small: int
@@ -66,23 +77,19 @@ class Places(NamedTuple):
 
 
 class DamperChain(NamedTuple):
-    """A damper in arrays.
+    """A damper in arrays, few of them: kernels count references to each array that they pass on.
 
-    ``elements`` and ``laws`` are rows as named above, ``factors`` has for each parameter of the base which factor of
-    each effect that scales parameters acts on it, or -1; ``edges`` are low, high and knee of pieces of laws.
+    ``elements``, ``laws`` and ``pieces`` are rows as named above; ``params`` are the parameters of all elements.
+    ``wires`` are the channels that each element takes; of one that scales parameters, also which factor acts on each
+    parameter of the base, or -1.
     """
 
     elements: Any
     wires: Index
     params: Array
     laws: Any
-    factors: Index
-    bounds: Array
-    pieces: Index
-    edges: Array
-    nodes: Array
+    pieces: Any
     places: Places
-    extent: Array
 
 
 class Trial(NamedTuple):
@@ -112,13 +119,13 @@ def _gather(chain: DamperChain, e: int, seen: Array, signal: float, work: Array,
 @kernel
 def _polynomial(chain: DamperChain, piece: int, first: int, current: float) -> float:
     """Return the polynomial of a piece through a parameter's nodes."""
-    total = 0.0
-    for k in range(chain.pieces[piece, 1]):
-        share, own = 1.0, chain.nodes[piece, k]
-        for j in range(chain.pieces[piece, 1]):
+    own, total = chain.pieces[piece], 0.0
+    for k in range(own.count):
+        share = 1.0
+        for j in range(own.count):
             if j != k:
-                share *= (current - chain.nodes[piece, j]) / (own - chain.nodes[piece, j])
-        total += float(chain.params[first + chain.pieces[piece, 2] + k]) * share
+                share *= (current - own.nodes[j]) / (own.nodes[k] - own.nodes[j])
+        total += float(chain.params[first + own.first + k]) * share
     return total
 
 
@@ -126,30 +133,30 @@ def _polynomial(chain: DamperChain, piece: int, first: int, current: float) -> f
 def parameters(chain: DamperChain, seen: Array, found: Array, work: Array) -> None:
     """Write the base's parameters where it sees channels."""
     count = chain.places.params
-    current = min(max(seen[chain.places.current], chain.extent[0]), chain.extent[1])
+    current = min(max(seen[chain.places.current], chain.places.low), chain.places.high)
     for k in range(count):
         law = chain.laws[k]
         value = chain.params[law.first]
         for piece in range(len(chain.pieces) if law.basis >= 0 else 0):
-            low, high, knee = chain.edges[piece]
-            if chain.pieces[piece, 0] == law.basis and current <= high and (current > low or low == chain.extent[0]):
-                at = knee * math.tanh(current / knee) if knee > 0.0 else current
+            own = chain.pieces[piece]
+            inside = current <= own.high and (current > own.low or own.low == chain.places.low)
+            if own.basis == law.basis and inside:
+                at = own.knee * math.tanh(current / own.knee) if own.knee > 0.0 else current
                 value = _polynomial(chain, piece, law.first, at)
         if law.form == LOG_LAW:
             value = math.exp(value)
         elif law.form == BOUNDED_LAW:
-            value = min(max(value, chain.bounds[k, 0]), chain.bounds[k, 1])
+            value = min(max(value, law.low), law.high)
         found[k] = value
-    column = 0
     for e in range(len(chain.elements)):
         element = chain.elements[e]
         if element.kind == FACTORS:
             _gather(chain, e, seen, 0.0, work, 0)
             call(element.address, work, 0, work, WIRED, work, 0, work, 0, chain.params, element.param, 0.0, work, 0)
             for k in range(count):
-                if chain.factors[k, column] >= 0:
-                    found[k] *= work[WIRED + chain.factors[k, column]]
-            column += 1
+                factor = chain.wires[element.channel + k]
+                if factor >= 0:
+                    found[k] *= work[WIRED + factor]
 
 
 @kernel

@@ -12,7 +12,7 @@ from mrfit.apply.plain import entry_for
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, LEVELS
 from mrfit.core.protocols import HasStep, MovesDrive
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array
 from mrfit.effects.temperature import REFERENCE
 from mrfit.kernels.past import RESERVED
 from mrfit.simulate.assembly import SLOTS
@@ -101,7 +101,7 @@ class DamperProgram:
 
     def _made(self, held: bool) -> DamperChain:
         number, count, current = len(self.channels), len(self._module.SPEC.params), self.channels.index("current")
-        laws, factors, (pieces, edges, nodes) = self._laws()
+        laws, pieces = self._laws()
         late: list[tuple[str, Any, Array]] = [e for e in self.effects if isinstance(e[1], MovesDrive)]
         dead = late[0][1].longest(tuple(late[0][2])) if late else 0.0
         middle = bool(late) and late[0][1].needs_middles(late[0][2])
@@ -133,18 +133,15 @@ class DamperProgram:
             self._place += RESERVED + row["numbers"] + row["places"] * (row["late"] + 1)
         lagging = [r["channel"] for r in self._rows if r["kind"] == columns.INPUT and r["states"] > 0]
         ends = 2 * columns.WIRED + 2 * count
+        dependence = self._damper.dependence
+        low, high = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
         places = Places(
-            number, current, count, (own[0], own[1]), (block[0], block[1]), small, self._place, held,
+            number, current, count, low, high, (own[0], own[1]), (block[0], block[1]), small, self._place, held,
             held and current not in lagging, length, moved, lag, ends, ends + 4 * number,
         )  # fmt: skip
-        dependence = self._damper.dependence
-        extent = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
-        bounds = np.array([[p.low, p.high] for p in self._module.SPEC.params])
         rows = [tuple(row[name] for name in columns.ELEMENT.names or ()) for row in self._rows]
-        return DamperChain(
-            np.array(rows, columns.ELEMENT), np.array([*self._wires, 0], dtype=np.int64),
-            np.array([*self._params, 0.0]), laws, factors, bounds, pieces, edges, nodes, places, np.array(extent),
-        )  # fmt: skip
+        wires, params = np.array([*self._wires, 0], dtype=np.int64), np.array([*self._params, 0.0])
+        return DamperChain(np.array(rows, columns.ELEMENT), wires, params, laws, pieces, places)
 
     def _add(self, item: Any, theta: Array, kind: int) -> None:
         """Add an element."""
@@ -156,7 +153,12 @@ class DamperProgram:
         self._params += [*theta, *theta] if kind != columns.BASE else []
         self._place += 1 + (0 if kind == columns.FACTORS else entry.state)
         longest = float(item.longest(tuple(theta))) if entry.late else 0.0
+        if kind == columns.FACTORS:
+            own["channel"] = len(self._wires) + len(wires)
         self._put(own, wires, longest if entry.late or entry.own else None)
+        if kind == columns.FACTORS:
+            roles = getattr(item, "ROLES", ())
+            self._wires += [roles.index(p.role) if p.role in roles else -1 for p in self._module.SPEC.params]
 
     def _put(self, own: dict[str, int], wires: list[int], longest: float | None) -> None:
         """Add a row with its wires; with how far back in s it needs its past, None without one."""
@@ -174,32 +176,26 @@ class DamperProgram:
         wires = [-1 if n not in CHANNELS else 0 if n in LEVELS else 1 for n in self.channels]
         self._put(own, wires, dead + 3.0 * self._shortest)
 
-    def _laws(self) -> tuple[Any, Index, tuple[Index, Array, Array]]:
-        """Return the laws of current of the base's parameters, factors on them, and tables of the laws' pieces."""
+    def _laws(self) -> tuple[Any, Any]:
+        """Return the laws of current of the base's parameters, and their pieces."""
         spec, dependence = self._module.SPEC, self._damper.dependence
         orders = dict(dependence.orders) if dependence else {}
         distinct = list(dict.fromkeys(o for o in orders.values() if o))
-        roles = [getattr(m, "ROLES", ()) for _, m, _ in self.effects if m.SPEC.slot == "theta"]
-        laws, factors = list[tuple[int, int, int]](), list[list[int]]()
+        laws = []
         for p in spec.params:
             order = orders.get(p.name, 0)
             log = bool(order) and logarithmic(spec, p, order)
             held = bool(order) and not log and p.low > 0.0 and p.name not in spec.linear
             form = columns.LOG_LAW if log else columns.BOUNDED_LAW if held else columns.PLAIN_LAW
             nodes = self._nodes[p.name]
-            factors.append([own.index(p.role) if p.role in own else -1 for own in roles])
-            laws.append((distinct.index(order) if order else -1, form, len(self._params)))
+            laws.append((distinct.index(order) if order else -1, form, len(self._params), p.low, p.high))
             self._params += (np.log(nodes) if log else nodes).tolist()
-        pieces, edges, nodes_of = list[list[int]](), list[list[float]](), list[Array]()
+        pieces = []
         for k, order in enumerate(distinct):
             assert dependence is not None
             ends = (dependence.low, dependence.high)
             for piece in dependence.pieces(order):
-                pieces.append([k, len(piece.nodes), int(piece.columns[0])])
-                edges.append([piece.low, piece.high, knee_of(form_of(order), ends)])
-                nodes_of.append(np.pad(coordinate(piece.nodes, ends, form_of(order)), (0, 5 - len(piece.nodes))))
-        tables = (
-            np.array(pieces, dtype=np.int64).reshape(-1, 3), np.array(edges, dtype=np.float64).reshape(-1, 3),
-            np.array(nodes_of, dtype=np.float64).reshape(-1, 5),
-        )  # fmt: skip
-        return np.array(laws, columns.LAW), np.array(factors, dtype=np.int64).reshape(len(laws), -1), tables
+                nodes = coordinate(piece.nodes, ends, form_of(order))
+                knee, padded = knee_of(form_of(order), ends), np.pad(nodes, (0, columns.MOST_NODES - len(nodes)))
+                pieces.append((k, len(nodes), int(piece.columns[0]), piece.low, piece.high, knee, padded))
+        return np.array(laws, columns.LAW), np.array(pieces, columns.PIECE)
