@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.kernels.jit import call, kernel
+from mrfit.kernels.jit import call, kernel, part
 from mrfit.kernels.past import begun, late, pushed, smooth_late
 
 # Kinds of elements: one with MIDDLE runs between steps too, for an effect behind it; a TERM is added behind H(s)
@@ -25,11 +25,11 @@ ELEMENT = np.dtype([(name, np.int64) for name in _COLUMNS])
 # Row of ``Chain.laws``, for each parameter of the base: basis or -1, form, first of its nodes, bounds
 LAW = np.dtype([(name, np.int64) for name in ("basis", "form", "first")] + [("low", float), ("high", float)])
 # Row of ``Chain.pieces``: basis, number and first of its nodes, range of current, knee, the nodes
-MOST_NODES = 5
-PIECE = np.dtype(
+LAW_NODES = 5
+LAW_PIECE = np.dtype(
     [(name, np.int64) for name in ("basis", "count", "first")]
     + [(name, float) for name in ("low", "high", "knee")]
-    + [("nodes", float, (MOST_NODES,))]
+    + [("nodes", float, (LAW_NODES,))]
 )
 PLAIN_LAW, LOG_LAW, BOUNDED_LAW = range(3)
 WIRED = 16
@@ -116,7 +116,7 @@ def _gather(chain: DamperChain, e: int, seen: Array, signal: float, work: Array,
         work[to + k] = signal if place < 0 else seen[place]
 
 
-@kernel
+@part
 def _polynomial(chain: DamperChain, piece: int, first: int, current: float) -> float:
     """Return the polynomial of a piece through a parameter's nodes."""
     own, total = chain.pieces[piece], 0.0
@@ -196,7 +196,7 @@ def _started(chain: DamperChain, e: int, trial: Trial, ends: Array, signal: floa
     return _run(chain, e, still, ends, (signal, signal), 0.0)
 
 
-@kernel
+@part
 def _at_start(chain: DamperChain, block: int, trial: Trial, ends: Array, theta: int) -> None:
     """Write the base's parameters at a step's beginning: those of the last step's end unless a command is held."""
     count, same = chain.places.channels, True
@@ -269,7 +269,7 @@ def inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
     return float(ends[count + places.current])
 
 
-@kernel
+@part
 def _moved(chain: DamperChain, trial: Trial, ends: Array, dt: float) -> None:
     """Put the channels of a dead time ago in place of those now; those that may be switched along lines."""
     delay, count = chain.elements[chain.places.dead], chain.places.channels

@@ -196,6 +196,6 @@ class DamperProgram:
             ends = (dependence.low, dependence.high)
             for piece in dependence.pieces(order):
                 nodes = coordinate(piece.nodes, ends, form_of(order))
-                knee, padded = knee_of(form_of(order), ends), np.pad(nodes, (0, columns.MOST_NODES - len(nodes)))
+                knee, padded = knee_of(form_of(order), ends), np.pad(nodes, (0, columns.LAW_NODES - len(nodes)))
                 pieces.append((k, len(nodes), int(piece.columns[0]), piece.low, piece.high, knee, padded))
-        return np.array(laws, columns.LAW), np.array(pieces, columns.PIECE)
+        return np.array(laws, columns.LAW), np.array(pieces, columns.LAW_PIECE)

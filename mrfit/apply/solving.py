@@ -10,7 +10,7 @@ import numpy as np
 
 from mrfit.apply.chain import DamperChain, Trial, inputs, step, trial_of
 from mrfit.core.specs import Array
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import kernel, part
 
 REACHED, BELOW, ABOVE, BETWEEN = 0.0, -1.0, 1.0, 2.0
 # Force at which a search ends, and up to which it counts as reached, as shares of the largest force at hand
@@ -91,7 +91,7 @@ def _root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float,
     return best
 
 
-@kernel
+@part
 def _least_root(bend: float, slope: float, rest: float) -> float:
     """Return the least s in [0, 1] with bend*s^2 + slope*s + rest = 0, nan where there is none."""
     inside = slope**2 - 4.0 * bend * rest
@@ -105,7 +105,7 @@ def _least_root(bend: float, slope: float, rest: float) -> float:
     return found
 
 
-@kernel
+@part
 def _extremum(
     chain: DamperChain, inverse: Inverse, site: Trial, dt: float, values: Array, wanted: tuple[int, float]
 ) -> tuple[float, float]:
@@ -134,7 +134,7 @@ def _extremum(
     return at, _value(chain, site, dt, at, False)
 
 
-@kernel
+@part
 def _sharpened(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, values: Array, desired: float
                ) -> tuple[Array, Array]:  # fmt: skip
     """Return the grid and its forces with the extrema next to the best points, where none passes the force."""
@@ -159,7 +159,7 @@ def _sharpened(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, val
     return at[order], given[order]
 
 
-@kernel
+@part
 def _by_formula(inverse: Inverse, values: Array, desired: float) -> tuple[float, Array]:
     """Return the least current of the polynomials, or nan, and where their extrema are."""
     found, extrema = math.nan, np.empty(len(inverse.grid) // 3)

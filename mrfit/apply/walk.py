@@ -11,7 +11,7 @@ import numpy as np
 from mrfit.apply.chain import DamperChain, Trial, commit, inputs, step
 from mrfit.apply.solving import Inverse, command, solve
 from mrfit.core.specs import Array, Index
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import kernel, part
 
 # Controls, in the order of ``car.CONTROLS``
 _PASSIVE_HIGH, _ON_OFF, _SKYHOOK, _HYBRID = 1, 2, 3, 5
@@ -161,7 +161,7 @@ def wanted(control: ControlNumbers, v: float, body: float, wheel: float) -> floa
     return float(sky if control.name == _SKYHOOK else ground)
 
 
-@kernel
+@part
 def _chosen(setup: Setup, way: Way, road: tuple[float, float]) -> None:
     """Choose the command of a sample."""
     control, y, sample = setup.control, way.y, setup.control.sample
@@ -207,7 +207,7 @@ def _trial(
     return rates, (force, field)
 
 
-@kernel
+@part
 def _advance(setup: Setup, way: Way, k: int) -> None:
     """Go on to the next sample by steps of the classic Runge-Kutta method."""
     steps = setup.control.steps
