@@ -237,6 +237,7 @@ def test_fit_and_predict_write_nothing(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_discovery_is_that_of_the_command(place: Path, tmp_path: Path, mrfit: Run) -> None:
     import mrfit as face
 

@@ -173,7 +173,7 @@ EVEN = tuple(0.8 + 0.25 * k for k in range(12))
 @pytest.mark.parametrize(
     ("currents", "budget", "moments", "fewest"),
     [
-        pytest.param((1,), 300, EVEN[1::6], 1, id="a few"),
+        pytest.param((1,), 300, EVEN[1::12], 1, id="a few"),
         pytest.param((1, 3, 5), 3000, EVEN, 3, id="many", marks=pytest.mark.slow),
     ],
 )

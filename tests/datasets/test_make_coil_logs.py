@@ -38,7 +38,7 @@ def steady_flux(interval, voltage, current, per_period):
     return flux - flux[1:].mean(), current[-3 * per_period - 1 :]
 
 
-@pytest.mark.parametrize("folder", ["coil", "coil-planted"])
+@pytest.mark.parametrize("folder", [pytest.param("coil", marks=pytest.mark.slow), "coil-planted"])
 def test_regeneration_gives_the_committed_bytes(regenerated, folder):
     made = {p.relative_to(regenerated): p.read_bytes() for p in (regenerated / folder).rglob("*") if p.is_file()}
     kept = {p.relative_to(SHIPPED): p.read_bytes() for p in (SHIPPED / folder).rglob("*") if p.is_file()}

@@ -62,6 +62,7 @@ def test_spencer_is_best_and_models_without_hysteresis_are_worst(mrfit: Run, pre
     assert all(models[m]["train_nrmse"] > worst_of for m in PLAIN)
 
 
+@pytest.mark.slow
 def test_data_of_fast_tests_alone_are_chosen_by_their_peak_velocity(mrfit: Run, press: Path) -> None:
     result = mrfit(
         "fit", "--model", "bingham", "--opt", "lsq", "--budget", 60, "--per", "all", "--only", "MH", "--json"
@@ -88,7 +89,10 @@ def keio_log(path: Path, velocity: np.ndarray, force: np.ndarray) -> None:
 # 84.6 % is what a simple Bouc-Wen model was reported to reach; friction that falls with speed explains the rest
 @pytest.mark.parametrize(
     ("model", "least", "most"),
-    [("dahl", 80.0, 84.6), pytest.param("lugre+delay", 87.0, 100.0, marks=pytest.mark.slow)],
+    [
+        pytest.param("dahl", 80.0, 84.6, marks=pytest.mark.slow),
+        pytest.param("lugre+delay", 87.0, 100.0, marks=pytest.mark.slow),
+    ],
 )
 def test_a_free_run_on_random_motion_is_as_good_as_the_bouc_wen_model_or_better(
     model: str, least: float, most: float, mrfit: Run, real_logs: Path, tmp_path: Path

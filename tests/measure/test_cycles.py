@@ -39,7 +39,7 @@ def test_closed_forms_are_met_within_two_permille(kind: str, frequency: float, r
     assert ("F_y" in found) == (kind == "bilinear")
 
 
-@pytest.mark.parametrize("drift", [0.0, 0.01])
+@pytest.mark.parametrize("drift", [pytest.param(0.0, marks=pytest.mark.slow), 0.01])
 def test_intervals_hold_the_truth(drift: float) -> None:
     held = []
     for seed in range(15):

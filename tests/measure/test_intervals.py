@@ -41,7 +41,7 @@ def test_a_drift_reaches_to_the_end_of_the_record(slope: float, count: int) -> N
     assert found.low <= 100.0 - slope * 2.0 and found.high >= 100.0 + slope * count
 
 
-@pytest.mark.parametrize("bound", [0.1, 1.0, 30.0])
+@pytest.mark.parametrize("bound", [1.0, *(pytest.param(b, marks=pytest.mark.slow) for b in (0.1, 30.0))])
 def test_a_truth_at_the_bound_of_a_shared_error_is_held_in_95_of_100_cases(bound: float) -> None:
     rng = np.random.default_rng(7)
     held = []
