@@ -108,6 +108,11 @@ class _Applied(ModuleType):
             raise AttributeError(f"module '{self.__name__}' has no attribute '{name}'")
         return getattr(import_module(f"{self.__name__}.{_APPLIED[name]}"), name)
 
+    def __setattr__(self, name: str, value: object) -> None:
+        # a module that a function has the name of stays the function's, as in the package
+        if not (isinstance(value, ModuleType) and name in _APPLIED):
+            super().__setattr__(name, value)
+
     def __dir__(self) -> list[str]:
         return sorted(_APPLIED)
 

@@ -14,6 +14,7 @@ from mrfit.api.preparing import Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, text_table
+from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.advice import AdviceFile
@@ -67,6 +68,7 @@ class Advice:
         rows = [{"parameter": w.name, **vars(w)} for w in self.content.widths]
         return frame_of(rows, WIDTHS, "parameter")
 
+    @check_arguments
     def drive(self, name: str = "test-1.csv") -> "DataFrame":
         """Return the drive of a test as the press takes it: time, motion, velocity and current."""
         from pandas import read_csv
@@ -78,6 +80,7 @@ class Advice:
         found: dict[str, Any] = plain(self.content)
         return found
 
+    @check_arguments
     def save(self, folder: PathText) -> None:
         """Write advise.json, the drives and the figure into a folder."""
         stage.write(Path(folder), self.made)
@@ -86,6 +89,7 @@ class Advice:
         return "\n".join([*self.text, text_table(self.tests)])
 
 
+@check_arguments
 def advise(
     found: Discovery | FitResult,
     recordings: Recording | Iterable[Recording],

@@ -11,6 +11,7 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.compare import optimizers as compare_optimizers
 from mrfit.compare import stage as compare_stage
+from mrfit.core.arguments import check_arguments
 from mrfit.core.progress import Progress
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError
@@ -139,6 +140,7 @@ def compare(
     progress: Heard = True,
     **options: object,
 ) -> OptimizerComparison: ...
+@check_arguments
 def compare(
     recordings: Recording | Iterable[Recording],
     models: str | Sequence[str] = "all",
@@ -172,7 +174,7 @@ def compare(
         If no model can be fitted, or no segment is found.
     """
     if optimizers is not None:
-        if models != "all":
+        if not isinstance(models, str) or models != "all":
             raise ConfigError("optimizers are compared on one model: give it as model='…', not as models")
         with one_blas_thread(), shown(progress) as told:
             return _optimizers(recordings, _names(optimizers), options, told)

@@ -11,6 +11,7 @@ from mrfit.api.preparing import SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
+from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.discover import stage as discover_stage
 from mrfit.io.bars import Heard, shown
@@ -107,6 +108,7 @@ class Discovery:
         """Return the content of discovery.json, as JSON has it."""
         return self.content.to_json()
 
+    @check_arguments
     def save(self, path: PathText) -> None:
         """Write discovery.json."""
         write_json(Path(path), self.to_json())
@@ -138,6 +140,7 @@ class Discovery:
         return frame_of(rows, ("effect", "parameter", "value", "unit", "low", "high"))
 
 
+@check_arguments
 def discover(
     recordings: Recording | Iterable[Recording], model: str, *, progress: Heard = True, **options: object
 ) -> Discovery:

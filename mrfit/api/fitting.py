@@ -14,6 +14,7 @@ from mrfit.api.preparing import SETTINGS, Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, parameters_of, text_table
+from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.fit import stage as fit_stage
@@ -120,6 +121,7 @@ class FitResult:
         own = [Caution(w.kind, w.text, r.condition) for r in self.content.results for w in r.warnings]
         return (*whole, *own)
 
+    @check_arguments
     def predict(
         self,
         recordings: Recording | Iterable[Recording],
@@ -152,6 +154,7 @@ class FitResult:
             for p in parts
         )
 
+    @check_arguments
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions.
 
@@ -169,6 +172,7 @@ class FitResult:
         saved: dict[str, Any] = plain(self._saved)
         return saved
 
+    @check_arguments
     def save(self, path: PathText) -> None:
         """Write the fit as a file that ``mrfit.load`` reads.
 
@@ -186,6 +190,7 @@ class FitResult:
         flux, segment = FluxSettings(**asdict(how.flux)), SegmentSettings(**asdict(how.segment))
         return SavedFit(**own, preparation=FitPreparation(flux=flux, segment=segment, resistance=how.resistance))
 
+    @check_arguments
     def export(
         self,
         folder: PathText,
@@ -255,6 +260,7 @@ class FitResult:
         return [*more, *map(str, self.warnings)]
 
 
+@check_arguments
 def fit(
     recordings: Recording | Iterable[Recording], model: str, *, progress: Heard = True, **options: object
 ) -> FitResult:

@@ -11,6 +11,7 @@ from operator import index
 from textwrap import wrap
 from typing import Any, TypeVar, get_origin
 
+from mrfit.core.arguments import one_line
 from mrfit.core.setting import UNSET, SettingField, defined, explained, flag_of
 from mrfit.errors import ConfigError
 from mrfit.settings.forms import of_python
@@ -114,7 +115,7 @@ def _value(field: SettingField, value: object) -> object:
     for kind, taken in ((int, _whole), (float, of_python)):
         if kind in kinds and value is not None and not isinstance(value, str):
             return _within(field, taken(field.name, value))
-    raise ConfigError(f"{field.name} takes {_listed(field)}, not {value!r}")
+    raise ConfigError(f"{field.name} takes {_listed(field)}, not {one_line(value)}")
 
 
 def _listed(field: SettingField) -> str:
@@ -127,7 +128,7 @@ def _whole(name: str, value: object) -> int:
     try:
         return index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise ConfigError(f"{name} takes a whole number, not {value!r}") from None
+        raise ConfigError(f"{name} takes a whole number, not {one_line(value)}") from None
 
 
 def _within(field: SettingField, number: float) -> float:
@@ -135,10 +136,11 @@ def _within(field: SettingField, number: float) -> float:
     setting = field.setting
     if setting is None:
         return number
+    given = f"{number:g}" if isinstance(number, float) else one_line(number)
     if setting.low is not None and number < setting.low:
-        raise ConfigError(f"{field.name} takes {setting.low:g} or more, not {number:g}")
+        raise ConfigError(f"{field.name} takes {setting.low:g} or more, not {given}")
     if setting.high is not None and number > setting.high:
-        raise ConfigError(f"{field.name} takes {setting.high:g} or less, not {number:g}")
+        raise ConfigError(f"{field.name} takes {setting.high:g} or less, not {given}")
     if setting.above is not None and number <= setting.above:
-        raise ConfigError(f"{field.name} takes more than {setting.above:g}, not {number:g}")
+        raise ConfigError(f"{field.name} takes more than {setting.above:g}, not {given}")
     return number

@@ -9,6 +9,7 @@ from mrfit.api import drawing
 from mrfit.api.preparing import Preparation, prepared
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, text_table
+from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
 from mrfit.fit.band import promise
@@ -111,6 +112,7 @@ class Prediction:
     def _series(self) -> list[Series]:
         return drawing.predicted_series(self.fit, self.found, self.assembly)
 
+    @check_arguments
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` with its band, or ``residual``; ``page`` where it has several."""
         return drawing.plot(replace(self.fit, metrics=self.found.metrics), self._series, kind, page)
@@ -149,6 +151,7 @@ def predicted(
     return Prediction(fit, assembly, found, made.findings)
 
 
+@check_arguments
 def predict(
     fit: "FitResult",
     recordings: Recording | Iterable[Recording],

@@ -17,6 +17,7 @@ import mrfit.ingest.stage
 from mrfit.api.frame_index import index_times, seconds_of
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.core import recording as core
+from mrfit.core.arguments import check_arguments, one_line
 from mrfit.core.channels import CHANNELS, MOTION, unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -64,6 +65,7 @@ class Recording(core.Recording):
         return draw(signals_of(self))
 
     @classmethod
+    @check_arguments
     def from_arrays(
         cls,
         *,
@@ -99,6 +101,7 @@ class Recording(core.Recording):
         return cls._of_columns(columns, _Test(name, dt, condition or {}, "arrays"))
 
     @classmethod
+    @check_arguments
     def from_frame(
         cls,
         frame: "DataFrame",
@@ -143,10 +146,6 @@ class Recording(core.Recording):
         >>> mrfit.Recording.from_frame(frame, units={"x": "mm"}).channels["force"][0]
         np.float64(1000.0)
         """
-        if not all(hasattr(frame, part) for part in ("columns", "index", "attrs")):
-            raise ConfigError(
-                f"a {type(frame).__name__} is no pandas.DataFrame: give one, as by to_frame() or to_pandas()"
-            )
         name = name or str(frame.attrs.get("name") or "") or _name_by(condition or {})
         named = {str(column): frame[column].to_numpy() for column in frame.columns}
         if len(named) < len(frame.columns):
@@ -273,26 +272,23 @@ def _with_units(
     for column in given:
         if column not in columns:
             raise ConfigError(f"{name}: units name '{column}', which is no column; there are {', '.join(columns)}")
-        if not isinstance(given[column], str):
-            raise ConfigError(f"{name}: the unit of '{column}' is {given[column]!r}; give a text as 'kN'")
     known = {n: unit_of(n) for n in columns if n in CHANNELS} | {n: "s" for n in columns if n.lower() == "time"}
     return [(n, v, given.get(n, name_and_unit(n)[1] or known.get(n))) for n, v in columns.items()]
 
 
-def _number(log: str, what: str, value: object, give: str = "a number in SI units, or leave it out") -> float:
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        number = np.nan
-    if isinstance(value, str) or not np.isfinite(number):
-        raise ConfigError(f"{log}: {what} is {value!r}, which is no finite number; give {give}")
+def _number(log: str, what: str, value: float, give: str = "a number in SI units, or leave it out") -> float:
+    if not np.isfinite(number := float(value)):
+        raise ConfigError(f"{log}: {what} is {one_line(value)}, which is no finite number; give {give}")
     return number
 
 
 def _values(log: str, column: str, values: ArrayLike) -> Array:
     """Return numbers, nan where they are masked or missing."""
-    given = np.ma.asanyarray(values) if np.ma.isMaskedArray(values) else np.asarray(values)
-    if given.dtype.kind in "mM":
+    try:
+        given = np.ma.asanyarray(values) if np.ma.isMaskedArray(values) else np.asarray(values)
+    except ValueError as error:
+        raise DataError(f"{log}: '{column}' is no array ({error}); give one row of samples, shape (N,)") from None
+    if given.dtype.kind in "mM" and given.ndim:
         given = seconds_of(np.asarray(given))
     if given.dtype.kind == "O":  # pandas has a missing value of its own
         given = np.array([np.nan if type(v).__name__ in ("NAType", "NaTType") else v for v in given.ravel()])
@@ -301,13 +297,14 @@ def _values(log: str, column: str, values: ArrayLike) -> Array:
         raise DataError(f"{log}: '{column}' holds complex numbers; give their real part or their magnitude")
     try:
         numbers = np.array(np.ma.filled(given.astype(np.float64), np.nan), dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise DataError(f"{log}: '{column}' holds what is no number ({error}); convert or leave it out") from None
     if numbers.ndim != 1:
         raise DataError(f"{log}: '{column}' has the shape {numbers.shape}; give one row of samples, shape (N,)")
     return numbers
 
 
+@check_arguments
 def read(
     paths: PathText | Iterable[PathText],
     map: PathText | None = None,

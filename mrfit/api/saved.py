@@ -6,6 +6,7 @@ from mrfit.api import fitting
 from mrfit.api.discovery import Discovery
 from mrfit.api.fitting import FitResult
 from mrfit.api.recordings import PathText
+from mrfit.core.arguments import check_arguments
 from mrfit.io.schemas import reading
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.workspace import read_json
@@ -13,6 +14,7 @@ from mrfit.io.workspace import read_json
 DISCOVERY = "mrfit/discovery/"
 
 
+@check_arguments
 def load(path: PathText) -> FitResult | Discovery:
     """Return a fit or a discovery that its ``save``, or the command, wrote (``fit.json``, ``discovery.json``).
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.recordings import PathText, Recording, several
+from mrfit.core.arguments import check_arguments
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.sheet import SheetFile
 from mrfit.settings.sheet import Settings
@@ -45,6 +46,7 @@ class Sheet:
         """Verdict of every unit: pass, fail or cannot be judged; empty without limits."""
         return {unit.unit: unit.verdict for unit in self.content.units}
 
+    @check_arguments
     def plot(self, unit: str = "") -> "Figure":
         """Return the printed page of a unit, A4; default: the first.
 
@@ -64,6 +66,7 @@ class Sheet:
         with style():
             return draw(self.computed, units[wanted])
 
+    @check_arguments
     def save(self, folder: PathText, pdf: bool = False) -> SheetFile:
         """Write sheet.html, sheet.csv and sheet.json into a folder, and a PDF page of every unit where asked."""
         return written(self.computed, Path(folder), pdf)
@@ -74,6 +77,7 @@ class Sheet:
         return f"<Sheet: {len(self.content.units)} units, {conditions} conditions{said}>"
 
 
+@check_arguments
 def sheet(
     recordings: Recording | Iterable[Recording],
     *,

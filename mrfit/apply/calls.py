@@ -14,6 +14,7 @@ from mrfit.apply.ride import quarter_car as study
 from mrfit.apply.roads import Road, road
 from mrfit.apply.series import Inversion, inversion
 from mrfit.apply.tracking import SCHEMES, Gains, TrackingStudy, demands_of, tracking
+from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -41,6 +42,7 @@ def as_motions(motion: "Motion | Recording | Iterable[Motion | Recording]", damp
     return found
 
 
+@check_arguments
 def invert(
     fit: "FitResult | Damper",
     motion: Motion | Recording,
@@ -74,6 +76,7 @@ def invert(
         return inversion(damper, moved.channels, wanted(damper, moved, desired), moved.dt, amplifier, told)
 
 
+@check_arguments
 def track(  # noqa: PLR0913
     fit: "FitResult | Damper",
     motions: "Motion | Recording | Iterable[Motion | Recording]",
@@ -112,6 +115,7 @@ def track(  # noqa: PLR0913
         return tracking(damper, answers, tasks, tuple(schemes), amplifier, gains, told)
 
 
+@check_arguments
 def quarter_car(  # noqa: PLR0913
     fit: "FitResult | Damper",
     car: Car | None = None,

@@ -22,6 +22,7 @@ from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
 from mrfit.apply.walk import KEPT_ROWS, ControlNumbers, QuarterCarNumbers, Setup, Way, adapted, begun, driven, wanted
+from mrfit.core.arguments import check_arguments
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -31,6 +32,7 @@ CONTROLS = ("passive-low", "passive-high", "skyhook-on-off", "skyhook", "groundh
 ON_OFF = "skyhook-on-off"
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Car:
     """Masses in kg, stiffnesses in N/m, the tyre's damping in N*s/m; ``unsprung`` 0 for a rigid wheel."""
@@ -53,6 +55,7 @@ class Car:
         return float(np.sqrt((self.spring + self.tyre) / self.unsprung) / (2.0 * np.pi))
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Control:
     """A control, which chooses the current.
@@ -76,6 +79,7 @@ class Control:
             raise ConfigError(f"--control takes {', '.join(CONTROLS)}, not '{self.name}'")
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Timing:
     """Sample time of the control in s, and steps of the simulation within it.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.arguments import check_arguments
 from mrfit.errors import ConfigError, DataError
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, Order, node_of
@@ -84,6 +85,7 @@ class Damper:
         return replace(self, model="+".join([base, *kept]), parameters=parameters)
 
 
+@check_arguments
 def damper(
     model: str,
     parameters: Mapping[str, float],

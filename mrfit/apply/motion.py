@@ -9,6 +9,7 @@ import numpy as np
 import mrfit.segment.stage
 from mrfit.apply.damper import MOTIONS
 from mrfit.core import recording as core
+from mrfit.core.arguments import check_arguments
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -39,6 +40,7 @@ class Motion:
         return np.arange(self.samples, dtype=np.float64) * np.float64(self.dt)
 
 
+@check_arguments
 def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e-3, output: str = "force") -> Motion:
     """Return a sine of a frequency in Hz and an amplitude in m (rad for a torque).
 
@@ -47,6 +49,8 @@ def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e
     ConfigError
         If a number is not positive, or there are fewer than 20 samples a cycle.
     """
+    if output not in MOTIONS:
+        raise ConfigError(f"a sine is for a {' or a '.join(MOTIONS)}, not for '{output}'")
     if not min(frequency, amplitude, cycles, dt) > 0.0 or not np.isfinite([frequency, amplitude, cycles, dt]).all():
         raise ConfigError("a sine needs a frequency, an amplitude, cycles and a sample interval above 0")
     count = int(np.ceil(cycles / frequency / dt)) + 1

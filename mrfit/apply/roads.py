@@ -1,10 +1,11 @@
 """Roads under a wheel: a bump, random roads of ISO 8608, a sine sweep; height and its rate at any time."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from mrfit.core.arguments import check_arguments
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 
@@ -16,6 +17,7 @@ _WAVES = 300
 _ENTRY = 1.0
 
 
+@runtime_checkable
 class Road(Protocol):
     """A road's height over time at the vehicle's speed."""
 
@@ -172,6 +174,7 @@ class Sweep:
         return self.amplitude * np.sin(phase), self.amplitude * omega * np.cos(phase)
 
 
+@check_arguments
 def road(text: str, speed: float | None = None, duration: float | None = None, seed: int = 0) -> Road:
     """Return the road of a written name: ``bump``, ``A`` to ``D``, ``sweep``.
 

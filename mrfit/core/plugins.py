@@ -20,6 +20,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
 
+from mrfit.core.arguments import check_arguments
 from mrfit.core.built_in import KINDS, Kind, own_module, own_names
 from mrfit.errors import ConfigError
 
@@ -361,6 +362,7 @@ class About(TypedDict, total=False):
     start_values: "Callable[[Array, Array, float], dict[str, float]]"
 
 
+@check_arguments
 def model(
     name: str,
     inputs: Sequence[str],

@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.arguments import check_arguments
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Steps = float | Array
@@ -21,6 +23,7 @@ State = tuple[float, ...]
 """What a device remembers between two steps."""
 
 
+@check_arguments
 @dataclass(frozen=True, slots=True)
 class Param:
     """A named, bounded, unit-bearing model parameter.

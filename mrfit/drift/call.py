@@ -9,6 +9,7 @@ from mrfit.api.fitting import FitResult
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.recordings import PathText
 from mrfit.api.words import frame_of
+from mrfit.core.arguments import check_arguments
 from mrfit.drift import page
 from mrfit.drift.analysis import Trend, compare
 from mrfit.drift.source import completed, values_of_fit, values_of_table
@@ -48,10 +49,10 @@ class UnitComparison:
         found: DataFrame = table[table["drifts"].eq(True)]
         return found
 
+    @check_arguments
     def save(self, folder: PathText) -> DriftFile:
         """Write drift.html, drift.csv and drift.json into a folder."""
         root = Path(folder)
-        root.mkdir(parents=True, exist_ok=True)
         files = [root / name for name in ("drift.html", "drift.csv", "drift.json")]
         write_text(files[0], page.render(self.content, self.trends))
         write_text(files[1], csv_table(page.CSV_COLUMNS, page.table_cells(self.content)))
@@ -64,6 +65,7 @@ class UnitComparison:
         return f"<UnitComparison: {c.units} units, {c.tests} tests; drifts: {', '.join(found) or 'none'}>"
 
 
+@check_arguments
 def drift(results: "Mapping[str, FitResult] | DataFrame", **options: object) -> UnitComparison:
     """Compare fits over units, cycles, temperature or time, as ``mrfit drift`` does.
 

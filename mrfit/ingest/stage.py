@@ -352,6 +352,8 @@ def _named(outcome: LogOutcome, source: str, taken: set[str]) -> Iterator[Record
 def _check_any(read: list[str], refusals: list[Refusal]) -> None:
     if read:
         return
+    if not refusals:
+        raise ConfigError("there are no logs; give files, folders or patterns as logs/*.csv")
     if len(refusals) == 1:
         raise refusals[0]
     first = refusals[0]

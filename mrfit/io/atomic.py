@@ -50,8 +50,10 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     Raises
     ------
     DataError
-        If the folder cannot be written.
+        If the folder cannot be written, or the path names no file.
     """
+    if not path.name:
+        raise DataError(f"{path}: no name of a file; give one")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

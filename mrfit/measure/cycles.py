@@ -458,6 +458,8 @@ def cycles_of(recording: Recording, segment: Segment, skew: float = 0.0) -> Cycl
     drive = smooth(recording, segment, ["displacement", "velocity"])
     begin = segment.start - drive.warm_up
     period = segment.samples / segment.cycles
+    if abs(skew) >= 0.5 * period * recording.dt:
+        raise DataError(f"a skew of {skew:g} s is half a cycle of {period * recording.dt:.3g} s or more")
     if period < CYCLE_SAMPLES:
         raise DataError(f"{period:.0f} samples a cycle; at least {CYCLE_SAMPLES} are needed")
     time = recording.dt * np.arange(begin, segment.stop, dtype=np.float64)

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+from mrfit.core.arguments import check_arguments
 from mrfit.core.setting import Setting
 from mrfit.errors import ConfigError
 
 
+@check_arguments
 @dataclass(frozen=True, slots=True)
 class Amplifier:
     """Limits of coil and amplifier.

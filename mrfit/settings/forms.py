@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from mrfit.core.arguments import one_line
 from mrfit.core.setting import SettingForm
 from mrfit.errors import ConfigError
 
@@ -137,26 +138,26 @@ def of_python(name: str, value: object) -> float:
     """
     try:
         found = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise ConfigError(f"{name} takes a number, not {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ConfigError(f"{name} takes a number, not {one_line(value)}") from None
     if not math.isfinite(found):
-        raise ConfigError(f"{name}: {value!r} is not finite")
+        raise ConfigError(f"{name}: {one_line(value)} is not finite")
     return found
 
 
 def _numbers_taken(name: str, value: object) -> Pairs:
     if not isinstance(value, Mapping):
-        raise ConfigError(f"{name} takes a dictionary of names and numbers, not {value!r}")
+        raise ConfigError(f"{name} takes a dictionary of names and numbers, not {one_line(value)}")
     return tuple((str(n), of_python(f"{name} {n}", v)) for n, v in value.items())
 
 
 def _limits_taken(name: str, value: object) -> Limits:
     if not isinstance(value, Mapping):
-        raise ConfigError(f"{name} takes a dictionary of names and (low, high), not {value!r}")
+        raise ConfigError(f"{name} takes a dictionary of names and (low, high), not {one_line(value)}")
     found = []
     for parameter, ends in value.items():
         if not (isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2):
-            raise ConfigError(f"{name} {parameter} takes (low, high), not {ends!r}")
+            raise ConfigError(f"{name} {parameter} takes (low, high), not {one_line(ends)}")
         low, high = (of_python(f"{name} {parameter}", end) for end in ends)
         found.append((str(parameter), low, high))
     return tuple(found)
@@ -164,7 +165,7 @@ def _limits_taken(name: str, value: object) -> Limits:
 
 def _texts_taken(name: str, value: object) -> tuple[tuple[str, str], ...]:
     if not isinstance(value, Mapping):
-        raise ConfigError(f"{name} takes a dictionary of names and texts, not {value!r}")
+        raise ConfigError(f"{name} takes a dictionary of names and texts, not {one_line(value)}")
     return tuple((str(n), str(v)) for n, v in value.items())
 
 
@@ -184,14 +185,15 @@ def _size_taken(name: str, value: object) -> float | None:
 def _names_taken(name: str, value: object) -> tuple[str, ...]:
     if isinstance(value, str):
         return names(value)
-    if not isinstance(value, Iterable):
-        raise ConfigError(f"{name} takes names, not {value!r}")
-    return tuple(str(n).strip() for n in value)
+    try:
+        return tuple(str(n).strip() for n in value)  # type: ignore[attr-defined]
+    except TypeError:
+        raise ConfigError(f"{name} takes names, not {one_line(value)}") from None
 
 
 def _path_taken(name: str, value: object) -> Path | None:
-    if not isinstance(value, (str, PathLike, type(None))):
-        raise ConfigError(f"{name} takes a path, not {value!r}")
+    if not isinstance(value, (str, PathLike, type(None))) or "\0" in str(value):
+        raise ConfigError(f"{name} takes a path, not {one_line(value)}")
     return Path(value) if value else None
 
 

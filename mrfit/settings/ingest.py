@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from mrfit.core.setting import Setting
+from mrfit.errors import ConfigError
 from mrfit.settings.forms import NUMBERS, PATH, SIZE, Pairs
 from mrfit.settings.shared import Jobs, Resistance
 
@@ -64,3 +65,7 @@ class Settings:
             show_default=False,
         ),
     ] = None
+
+    def __post_init__(self) -> None:
+        if self.block < 1:
+            raise ConfigError(f"block takes 1 byte or more, not {self.block}")

@@ -98,7 +98,6 @@ def write(
     progress
         Reports every log.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     page, pictures, sections, shown = folder / "signals.html", list[Path](), list[Section](), list[Signals]()
     for place, recording in enumerate(recordings, 1):
         one = signals_of(recording)

@@ -57,7 +57,6 @@ def written(sheet: SheetContent, folder: Path, pdf: bool = False, progress: Prog
     from mrfit.sheet import page, print_page
 
     file = checked(sheet.file)
-    folder.mkdir(parents=True, exist_ok=True)
     files = [folder / name for name in ("sheet.html", "sheet.csv", "sheet.json")]
     write_text(files[0], page.render(sheet))
     write_text(files[1], csv_table(SHEET_COLUMNS, table_rows(file)))

@@ -51,7 +51,7 @@ def test_a_condition_is_a_finite_number(value: Any) -> None:
         lambda: mrfit.Recording.from_arrays(dt=2e-3, force=FORCE, condition={"current": value}),
         lambda: mrfit.Recording.from_frame(_frame(), dt=2e-3, condition={"current": value}),
     ):
-        with pytest.raises(ConfigError, match="the condition 'current' is .*give a number in SI units"):
+        with pytest.raises(ConfigError, match="give a number in SI units|condition takes Mapping"):
             make()
     log = mrfit.Recording.from_arrays(dt=2e-3, force=FORCE, condition={"current": np.float32(1.5)})
     assert log.condition["current"] == 1.5
@@ -59,9 +59,9 @@ def test_a_condition_is_a_finite_number(value: Any) -> None:
 
 @pytest.mark.parametrize("dt", ["0.002", np.nan, 0.0, -1.0, [0.002, 0.002]])
 def test_an_interval_is_a_number_above_zero(dt: Any) -> None:
-    with pytest.raises(ConfigError, match="give seconds above 0"):
+    with pytest.raises(ConfigError, match="give seconds above 0|dt takes float"):
         mrfit.Recording.from_arrays(dt=dt, force=FORCE)
-    with pytest.raises(ConfigError, match="give seconds above 0"):
+    with pytest.raises(ConfigError, match="give seconds above 0|dt takes float"):
         mrfit.Recording.from_frame(_frame(), dt=dt)
 
 
@@ -123,10 +123,10 @@ def test_an_index_of_other_steps_asks(index: Any) -> None:
 
 @pytest.mark.parametrize("frame", [pd.Series(FORCE), {"force": FORCE}, FORCE])
 def test_what_is_no_frame_is_named(frame: Any) -> None:
-    with pytest.raises(ConfigError, match=r"is no pandas\.DataFrame"):
+    with pytest.raises(ConfigError, match=r"give a pandas\.DataFrame"):
         mrfit.Recording.from_frame(frame, dt=2e-3)
 
 
 def test_a_unit_is_a_text() -> None:
-    with pytest.raises(ConfigError, match="the unit of 'force' is 5"):
+    with pytest.raises(ConfigError, match="units takes Mapping.*'force': 5"):
         mrfit.Recording.from_arrays(dt=2e-3, force=FORCE, units={"force": 5})  # type: ignore[dict-item]

@@ -126,9 +126,9 @@ def _stuck_rows(record: Recording, name: str, still: np.ndarray, code: float) ->
         level = float(np.median(values[begin:end]))
         off = abs(level) <= code and name in ("current", "voltage")
         at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
-        if begin == 0 or off or at_end:
-            continue
         jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
+        if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met
+            continue
         if jumps or _another_moves(record, name, slice(begin, end)):
             return slice(begin, end)
     return None

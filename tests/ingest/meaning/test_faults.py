@@ -1,5 +1,7 @@
 """Faults of sensors and converters that were laid into channels are found, and none in sound ones."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,13 @@ def test_a_stuck_channel(length: int, begin: int) -> None:
     assert _faults(displacement=SINE + 1e-4 * NOISE, force=values) == [("stuck", "force")]
     if length > 40:
         assert _faults(force=np.round(values, 1)) == [("stuck", "force")]
+
+
+@pytest.mark.parametrize("end", [np.argmin, np.argmax])
+def test_a_channel_that_is_stuck_at_the_end_of_its_own_range(end: Callable[[Array], int]) -> None:
+    values, begin = FORCE.copy(), int(end(FORCE))
+    values[begin : begin + 140] = values[begin]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=values) == [("stuck", "force")]
 
 
 @pytest.mark.parametrize("begin", [700, 1033])
