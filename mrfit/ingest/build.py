@@ -27,7 +27,7 @@ from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, RejectedRow, RejectedRows, Table
 from mrfit.ingest.time.clocks import on_one_clock
-from mrfit.ingest.time.counter import counter_of, is_counter, numbers_rows
+from mrfit.ingest.time.counter import counter_of, counting_samples, is_counter, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
 from mrfit.ingest.time.rate import rate_missing
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
@@ -105,7 +105,7 @@ def build(table: Table, origin: LogOrigin) -> list[Recording]:
     _check_first_row(table, origin)
     table = without_statistics(table)
     columns, marked = without_marks(table.columns)
-    table = _factored(replace(table, columns=tuple(columns)), origin.rules)
+    table = counting_samples(_factored(replace(table, columns=tuple(columns)), origin.rules))
     table = _split_at_headers(on_one_clock(table, origin.rules, origin.path))
     check_wrong_dimension(table.columns, origin.rules, origin.path)
     signals, findings = _named(table, origin)

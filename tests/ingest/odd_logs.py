@@ -12,7 +12,7 @@ import json
 import random
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -594,9 +594,9 @@ def outcome(log: OddLog, records: Sequence[Recording], refusals: Sequence[Refusa
     return RIGHT, ""
 
 
-def made(kind: str, number: int) -> OddLog:
+def made(kind: str, number: int, kinds: Mapping[str, Writer] = KINDS) -> OddLog:
     """Make log ``number`` of a kind; the same number gives the same bytes."""
-    return KINDS[kind](random.Random(f"{kind} {number}"))
+    return kinds[kind](random.Random(f"{kind} {number}"))
 
 
 def read(log: OddLog, folder: Path) -> tuple[list[Recording], list[Refusal]]:
@@ -606,17 +606,17 @@ def read(log: OddLog, folder: Path) -> tuple[list[Recording], list[Refusal]]:
     return examine([path], Settings(jobs=1))
 
 
-def main() -> None:
+def main(kinds: Mapping[str, Writer] = KINDS) -> None:
     """Print what became of so many logs of every kind."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--each", type=int, default=12)
     asked = parser.parse_args()
     whole: dict[bool, Counter[str]] = {True: Counter(), False: Counter()}
-    for kind in KINDS:
+    for kind in kinds:
         tally: Counter[str] = Counter()
         for number in range(asked.first, asked.first + asked.each):
-            log = made(kind, number)
+            log = made(kind, number, kinds)
             with tempfile.TemporaryDirectory() as folder:
                 found, why = outcome(log, *read(log, Path(folder)))
             tally[found] += 1

@@ -23,7 +23,7 @@ NOT_MEASURED = frozenset(
     "setpoint setting target desired reference ref soll sollwert sollkraft sollweg vorgabe consigne consigna "
     "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
     "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled delta "
-    "difference preload setp noise friction".split()
+    "difference preload setp sp nominal noise friction".split()
 )
 """Words of columns that say what was asked for, how far off it was, or one number of many samples."""
 OF_SENSORS = frozenset(

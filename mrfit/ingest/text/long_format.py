@@ -13,7 +13,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, RejectedRow, Source, Table
-from mrfit.ingest.text.layout import Header
+from mrfit.ingest.text.layout import Header, name_and_unit
 
 CHANNEL_NAMES = re.compile(
     r"(?:channel|signal|sensor|variable|parameter|quantity|tag|series|measurand|kanal|messgr(?:ö|oe)(?:ß|ss)e|canal|voie)"
@@ -86,9 +86,11 @@ def sorted_out(table: Table, form: LongFormat, texts: dict[int, list[str]], sour
         own = names == name
         lines = table.lines[own] if np.count_nonzero(own) == longest else lines
         clocks.append(replace(table.time, values=_padded(table.time.values[own], longest), index=2 * place))
-        unit = _unit(name, np.array(texts[form.unit])[own], path) if form.unit is not None else values.unit
-        shown = f"channel {name}" if re.fullmatch(r"[\d.]+", name) else name
-        columns.append(Column(shown, unit, _padded(values.values[own], longest), 2 * place + 1))
+        called, written = name_and_unit(name)
+        if form.unit is not None:
+            called, written = name, _unit(name, np.array(texts[form.unit])[own], path)
+        shown = f"channel {name}" if re.fullmatch(r"[\d.]+", name) else called
+        columns.append(Column(shown, written or values.unit, _padded(values.values[own], longest), 2 * place + 1))
     if all(np.array_equal(c.values, clocks[0].values, equal_nan=True) for c in clocks):
         clocks = clocks[:1]
     elif source.rules.time is not None:

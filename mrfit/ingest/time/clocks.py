@@ -12,7 +12,7 @@ from mrfit.ingest import series
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Table
+from mrfit.ingest.table import Column, RejectedRow, Table
 from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
@@ -54,6 +54,7 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     within = (grid >= begin) & (grid <= end)
     if np.count_nonzero(within) < 2:
         raise Refusal(path, f"{shown} are times that differ, and have no stretch in common", remedy)
+    apart = [RejectedRow("no time of every clock", int(n)) for n in table.lines[~within]]
     columns = []
     for k, (times, channels) in enumerate(own):
         for c in channels:
@@ -71,6 +72,7 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
         time=time,
         dt=None,
         lines=table.lines[within],
+        refused=tuple(sorted((*table.refused, *apart), key=lambda r: r.line)),
         findings=(*table.findings, Finding("two-clocks", "", None, text)),
         history=(*table.history, f"interpolated linearly on the times of column {every[quickest].index}"),
     )

@@ -2,11 +2,12 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mrfit.ingest import series
-from mrfit.ingest.table import Column
+from mrfit.ingest.table import Column, Table
 from mrfit.ingest.time.timebase import TimeFault
 
 COUNTER_NAMES = re.compile(
@@ -15,6 +16,8 @@ COUNTER_NAMES = re.compile(
     r"|index level \d+",
     re.IGNORECASE,
 )
+COUNTED = re.compile(r"sa|smpl|samples?(?: ?(?:no|number)\.?)?|pts?|points?|scans?|#", re.IGNORECASE)
+"""Units of a clock that counts samples."""
 UNNAMED = re.compile(r"(?:unnamed: ?\d+)?", re.IGNORECASE)
 """Names of columns without one; pandas makes up one."""
 RISING_SHARE = 0.95
@@ -34,6 +37,14 @@ def counter_of(columns: Sequence[Column]) -> tuple[series.Values, float] | None:
         if is_counter(column) and (found := _counted(column)):
             return found
     return None
+
+
+def counting_samples(table: Table) -> Table:
+    """Return a table without a clock where its clock counts samples, as the unit says: its count is a column."""
+    if table.time is None or not COUNTED.fullmatch(table.time.unit or ""):
+        return table
+    count = replace(table.time, name="sample", unit=None)
+    return replace(table, columns=tuple(sorted((*table.columns, count), key=lambda c: c.index)), time=None)
 
 
 def is_counter(column: Column) -> bool:

@@ -55,7 +55,8 @@ def in_seconds(time: Column, rules: Rules, path: str) -> tuple[Array, float, lis
         unit = guess
     seconds = _scaled(time, unit, path)
     scale = units.to_unit(unit, "s").scale
-    if not since and abs(first * scale) > EPOCH_SECONDS[1]:
+    counted = scale == 86400.0 and any(low <= first < high for low, high in DAYS.values())
+    if not (since or counted) and abs(first * scale) > EPOCH_SECONDS[1]:
         remedy = f'write the true one in the channel map: time = {{column = "{time.name}", unit = "ms"}} or the like'
         raise Refusal(path, f"its times in '{unit}' begin {abs(first * scale) / 3.156e7:.0f} years from 1970", remedy)
     if scale != 1.0 and abs(first * scale) >= EPOCH_SECONDS[0]:  # or the last digits are lost

@@ -15,12 +15,16 @@ from mrfit.ingest.text.layout import name_and_unit
 STATED_RATE = re.compile(
     r"(?P<label>(?:(?:sampl(?:e|ing)|acquisition|scan)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)(?=[ _]*(?:rate|interval|frequency))))"
-    r"[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])[^0-9+-]*?)"
+    r"[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])[^0-9+-]*?"
+    r"|(?:samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b|(?:abtast|mess)(?:rate|frequenz)"
+    r"|(?<!\w)(?:fs(?=\W*[\d.,e+]+ ?[km]?hz)|rate(?=\W*[\d.,e+]+ ?[km]?(?:sps|sa/s|s/s|samples/s))"
+    r"|(?P<span>dt|delta[ _]?t)(?=\W*[\d.,e+-]+ ?[muµn]?s\b)))[^0-9+-]*?)"
     r"\+?(?P<number>(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(?P<power>e[+-]?\d+)?"
     r"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
 )
 """Label with its word, number, power of ten, the unit behind it, and what stands in the next field."""
+PERIODS = ("interval", "period", "time")
 OTHERWISE = re.compile(
     r"\b(?:max\w*|min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
     r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
@@ -122,7 +126,7 @@ def _unclear(text: str) -> Finding:
 def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
     """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
     label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
-    text, kind = match[0].strip(" ,;\t"), "Hz" if word.lower() in ("rate", "frequency") else "s"
+    text, kind = match[0].strip(" ,;\t"), "s" if match["span"] or (word or "").lower() in PERIODS else "Hz"
     unit = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
     if unit is None:
         return None
@@ -145,7 +149,7 @@ def _around(match: re.Match[str]) -> str:
 
 def _is_duration(match: re.Match[str], found: Statement) -> bool:
     """Whether a time or a period is so long that it may be the length of the record."""
-    return match["word"].lower() in ("time", "period") and found.interval >= LONG_PERIOD
+    return (match["word"] or "").lower() in ("time", "period") and found.interval >= LONG_PERIOD
 
 
 def _is_decimation(line: str) -> bool:

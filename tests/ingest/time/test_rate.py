@@ -33,6 +33,16 @@ from tests.ingest.conftest import ReadLog
         ("Sampling rate: 1,000.5 Hz", 1.0 / 1000.5),
         ("Sample rate: 1,5 kHz", 1.0 / 1500.0),
         ("Sample interval: 0,001 s", 1e-3),
+        ("fs=500 Hz", 2e-3),
+        ("FS = 10 kN", None),  # full scale
+        ("FS: 10", None),
+        ("Rate: 0.5 kSa/s", 2e-3),
+        ("Rate: 500 Hz", None),  # of a test
+        ("Strain rate: 0.1 1/s", None),
+        ("Samples per second: 500", 2e-3),
+        ("Abtastrate [kHz]: 0.5", 2e-3),
+        ("dt = 2E-3 s", 2e-3),
+        ("dt: 2", None),
     ],
 )
 def test_rates_and_intervals_in_headers(line: str, interval: float | None) -> None:
