@@ -24,7 +24,7 @@ STATED_RATE = re.compile(
     re.IGNORECASE,
 )
 """Label with its word, number, power of ten, the unit behind it, and what stands in the next field."""
-PERIODS = ("interval", "period", "time")
+SPAN_WORDS = ("interval", "period", "time")
 OTHERWISE = re.compile(
     r"\b(?:max\w*|min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
     r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
@@ -126,7 +126,7 @@ def _unclear(text: str) -> Finding:
 def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
     """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
     label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
-    text, kind = match[0].strip(" ,;\t"), "s" if match["span"] or (word or "").lower() in PERIODS else "Hz"
+    text, kind = match[0].strip(" ,;\t"), "s" if match["span"] or (word or "").lower() in SPAN_WORDS else "Hz"
     unit = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
     if unit is None:
         return None
