@@ -25,7 +25,7 @@ LAYERS = [
     {"compare", "advise", "sheet"},
     {"batch"},
     {"api"},
-    {"apply", "drift"},
+    {"apply", "drift", "track"},
     {"cli", "contracts"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}

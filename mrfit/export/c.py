@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.c_parts import Parts, checkable, parts_of, stated
+from mrfit.export.c_parts import Parts, checkable, parts_of, prefix_of, stated
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import CompiledModel, compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
@@ -20,6 +20,7 @@ from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import c_comment, field, number
+from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.settings.export import Settings
 
 # Samples of the self-test
@@ -116,10 +117,24 @@ def c_export(source: ExportSource) -> CExport:
 
 
 def files(source: ExportSource, settings: Settings) -> Files:
-    """Return header, source and self-test."""
+    """Return header, source and self-test, and header and source of a tracker."""
     made = c_export(source)
-    contents = {name: text.encode("ascii") for name, text in made.files.items()}
+    own = tracker_files(source, plan_of(source, settings.track), made.cost) if settings.track else {}
+    contents = {name: text.encode("ascii") for name, text in {**made.files, **own}.items()}
     return Files(contents, (made.difference.text, *made.notes, *made.cost.lines), made.difference.largest)
+
+
+def tracker_files(source: ExportSource, plan: TrackerPlan, cost: Cost) -> dict[str, str]:
+    """Return header and source of a model whose parameters are tracked; its names end with ``_tracker``."""
+    prefix = prefix_of(source.prefix or source.name)
+    parts = parts_of(replace(source, prefix=f"{prefix}_tracker"), plan=plan)
+    told = [
+        "Parameters that are tracked are estimated by Kalman filters on the output's error, of which one is chosen.",
+        f"Noise of the output: {plan.deviation:.4g} {unit_of(source.spec.output)}, correlated over "
+        f"{plan.correlated:.3g} s, as the fit's residual.",
+    ]
+    made = rendered(source, parts, told, cost)
+    return {name: text for name, text in made.items() if not name.endswith("_selftest.c")}
 
 
 def notes_of(source: ExportSource) -> list[str]:
@@ -164,6 +179,7 @@ def rendered(
         "motion": motion,
         "code": code,
         "tiny": "@TINY" in code,
+        "tracker": parts.tracker,
         "driven": [a.name for a in program.functions["driven"].arguments],
         "functions": macros(
             {*math_functions(program), *(("exp", "expm1") if motion else ()), *(("log",) if logs else ())}
@@ -211,7 +227,7 @@ def filled(template: str, context: Mapping[str, Any], head: str = "") -> str:
 
 def driver(parts: Parts) -> str:
     """Return a program that runs the export on rows of numbers, see ``compiler.Compiled``."""
-    return filled("driver.c.j2", vars(parts.context))
+    return filled("tracker_driver.c.j2" if parts.tracker else "driver.c.j2", vars(parts.context))
 
 
 def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> AbstractContextManager[CompiledModel]:
@@ -224,7 +240,8 @@ def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> A
     """
     prefix = parts.context.p
     sources = {n: t for n, t in files.items() if n in (f"{prefix}.h", f"{prefix}.c")}
-    return compiled({**sources, "driver.c": driver(parts)}, len(parts.context.inputs), options)
+    answers = 2 + 2 * len(parts.tracker.parameters) if parts.tracker else 2
+    return compiled({**sources, "driver.c": driver(parts)}, answers, options)
 
 
 def differs(source: ExportSource, parts: Parts, files: dict[str, str]) -> Difference:

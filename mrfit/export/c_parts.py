@@ -20,6 +20,8 @@ from mrfit.export.printer.reading import ProgramReader
 from mrfit.export.printer.values import group
 from mrfit.export.source import EffectLink, ExportSource, LogStretch
 from mrfit.export.text import field, identifier, in_comment, number
+from mrfit.export.tracker import TrackerPlan
+from mrfit.export.tracker_c import TrackerFields, print_estimator, tracker_fields
 from mrfit.kernels.branch import curve_of, prepared
 from mrfit.kernels.filters import level
 from mrfit.simulate.current_dependence import Order, count, logarithmic
@@ -39,13 +41,14 @@ BUILT_IN = frozenset(
 
 @dataclass(frozen=True)
 class Parts:
-    """The context of templates, and all functions of the model."""
+    """The context of templates, all functions of the model, and the tracker beside it if there is one."""
 
     context: Context
     program: ir.Program
+    tracker: TrackerFields | None = None
 
 
-def parts_of(source: ExportSource, tunable: bool = False) -> Parts:
+def parts_of(source: ExportSource, tunable: bool = False, plan: TrackerPlan | None = None) -> Parts:
     """Return the exported model.
 
     Parameters
@@ -54,6 +57,8 @@ def parts_of(source: ExportSource, tunable: bool = False) -> Parts:
         What is exported.
     tunable
         Whether parameters can be set at run time.
+    plan
+        Of a tracker, whose parameters move at every step.
 
     Raises
     ------
@@ -68,10 +73,10 @@ def parts_of(source: ExportSource, tunable: bool = False) -> Parts:
     roles = sorted({r for link in links for r in _roles(link)})
     model, fine = registry.load("model", source.base.name), _needs_middles(source, tunable)
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
-    curved = isinstance(model, HasCurve) and not varying & {*model.SHAPE}
+    curved = isinstance(model, HasCurve) and not varying & {*model.SHAPE} and not plan
     curve = _curve(model, source, tunable) if curved else None
     reader.structs[CURVE.tag] = _curve_kinds(curve.rows if curve else 0)
-    sight = Sight("base", "b", source.channels, bool(varying or roles), shaping=not curved)
+    sight = Sight("base", "b", source.channels, bool(varying or roles or plan), shaping=not curved)
     base = ModelPart("base", "base", _printed(reader, "model", source.base.name, sight))
     frame = Frame(reader.program, base, fine)
     fields, parts = base_fields(source, roles), list[ModelPart]()
@@ -90,6 +95,8 @@ def parts_of(source: ExportSource, tunable: bool = False) -> Parts:
     parts = [next(p for p in parts if p.ident == _ident(k.spec.name)) for k in links]
     frame.driven(parts, inputs)
     frame.checks(inputs)
+    if plan:
+        print_estimator(reader, plan)
     elements = [base, *parts]
     context = Context(
         tunable=tunable,
@@ -106,7 +113,8 @@ def parts_of(source: ExportSource, tunable: bool = False) -> Parts:
         count=len(source.theta),
         fine=fine,
     )
-    return Parts(context, reader.settled())
+    tracker = tracker_fields(plan, fields, context.effects) if plan else None
+    return Parts(context, reader.settled(), tracker)
 
 
 def _ident(name: str) -> str:

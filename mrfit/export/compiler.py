@@ -58,25 +58,24 @@ def fault(printed: bytes) -> str:
 
 
 class CompiledModel:
-    """A program that reads rows of doubles, dt and the inputs, and writes rows of doubles, output and in_range."""
+    """A program that reads rows of doubles, dt and the inputs, and writes output, in_range and more."""
 
-    def __init__(self, program: Path, channels: int) -> None:
-        self.program, self.channels = program, channels
+    def __init__(self, program: Path, answers: int) -> None:
+        self.program, self.answers = program, answers
 
-    def run(self, inputs: Array, dt: float | Array) -> tuple[Array, Array]:
-        """Return output and in_range (N,) of inputs (C, N) whose steps are dt apart, one number or (N,)."""
+    def run(self, inputs: Array, dt: float | Array) -> Array:
+        """Return output, in_range and more (A, N) of inputs (C, N) whose steps are dt apart, one number or (N,)."""
         steps = np.broadcast_to(np.asarray(dt, dtype=np.float64), inputs.shape[1:])
         rows = np.ascontiguousarray(np.column_stack([steps, *inputs]))
         done = children.run([self.program], self.program.parent, rows.tobytes())
         if done.returncode:
             text = done.stderr.decode("utf-8", "replace").strip().splitlines()
             raise DataError(f"the exported program fails: {text[0] if text else done.returncode}")
-        answer = np.frombuffer(done.stdout).reshape(-1, 2)
-        return answer[:, 0], answer[:, 1]
+        return np.frombuffer(done.stdout).reshape(-1, self.answers).T
 
 
 @contextmanager
-def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = ()) -> Iterator[CompiledModel]:
+def compiled(files: Mapping[str, str], answers: int = 2, options: Sequence[str] = ()) -> Iterator[CompiledModel]:
     """Give a program of C files, by name, of which one has ``main``.
 
     Raises
@@ -91,4 +90,4 @@ def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = (
             (place / name).write_text(text, encoding="ascii")
         sources = [place / name for name in files if name.endswith(".c")]
         run_compiler(["-std=c99", *options, *sources, "-lm", "-o", place / "program"], place, "--to c")
-        yield CompiledModel(place / "program", channels)
+        yield CompiledModel(place / "program", answers)

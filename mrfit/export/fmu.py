@@ -67,7 +67,7 @@ def files(source: ExportSource, settings: Settings) -> Files:
     if source.stretches:
         driver = environment(TEMPLATES / "fmi").get_template(f"driver{settings.fmi}.c.j2")
         text = driver.render(vars(parts.context), token=token)
-        with compiled({**sources, "driver.c": text}, len(source.channels), ("-O2",)) as program:
+        with compiled({**sources, "driver.c": text}, options=("-O2",)) as program:
             difference = compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])
         told, error = difference.text, difference.largest
     else:

@@ -17,7 +17,10 @@ from mrfit.export.printer.shaping import shape
 from mrfit.simulate.current_dependence import CurrentDependence, Order, coordinate, count, form_of, knee_of
 
 # Its functions, but those of each basis
-NAMES = ("values_at", "inner", "tried", "changed", "driven", "is_number", "within", "curve_set", "late_of")
+NAMES = (
+    "values_at inner tried changed driven is_number within curve_set late_of parameters_set is_moving tracker_plan "
+    "prior differences means deviations"
+).split()
 # Arguments of its functions, in their order
 _ARGUMENTS = "p f s in u current b l x dt first".split()
 _P, _B, _F = ir.record("p", "parameters"), ir.record("b", "base_values"), ir.record("f", "factors")

@@ -131,5 +131,5 @@ def _difference(
         f"{prefix}_model.h": code[f"{prefix}.c"],
         "driver.c": driver.render(vars(parts.context), params=block.params),
     }
-    with compiled(given, len(source.channels), ("-O2",)) as program:
+    with compiled(given, options=("-O2",)) as program:
         return compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])

@@ -1,0 +1,218 @@
+"""Plan of a tracker of parameters: what a fit and its logs say of their prior, of the noise and of standing still."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.core.channels import unit_of
+from mrfit.core.specs import Array, Index
+from mrfit.errors import ConfigError, DataError
+from mrfit.export.source import ExportSource
+from mrfit.kernels.tracking import EstimatorPlan
+from mrfit.simulate.current_dependence import base_name
+
+WALK_RATES = (0.02, 0.1, 0.5)
+"""Changes of a parameter in a minute, as shares of its value, which the filters of random walks expect."""
+# Share of a parameter's unit by which sensitivities are forward differences; standard deviation of one that is open
+_DIFFERENCE, _OPEN = 1e-3, 0.1
+# Share of the greatest rate of the slowest test below which a damper stands
+_STANDING = 0.05
+
+
+@dataclass(frozen=True)
+class TrackedParameter:
+    """A parameter that is tracked.
+
+    Attributes
+    ----------
+    name, unit
+        Its name and its unit; those of a factor on values at several currents are the parameter's name and 1.
+    value, deviation
+        Mean and standard deviation of the prior.
+    span
+        Size to which changes are compared.
+    low, high
+        Bounds.
+    places
+        Places in the vector of all parameters; ``factor``: whether these are multiplied.
+    """
+
+    name: str
+    unit: str
+    value: float
+    deviation: float
+    span: float
+    low: float
+    high: float
+    places: tuple[int, ...]
+    factor: bool
+
+    @property
+    def difference(self) -> float:
+        """Difference of the parameter, in standard deviations, by which sensitivities are told."""
+        return _DIFFERENCE * self.span / self.deviation
+
+
+@dataclass(frozen=True)
+class TrackerPlan:
+    """All that a tracker is made of beside the model.
+
+    Attributes
+    ----------
+    parameters
+        Those that are tracked, T.
+    prior
+        Correlations of their prior (T, T).
+    deviation, correlated
+        Standard deviation of the fit's residual and its integrated correlation time in s.
+    standing
+        (input, rate) below all of which the damper stands; empty where no input is a rate.
+    """
+
+    parameters: tuple[TrackedParameter, ...]
+    prior: Array
+    deviation: float
+    correlated: float
+    standing: tuple[tuple[str, float], ...]
+
+    @property
+    def filters(self) -> int:
+        """Number of filters: of constant parameters, and, at each rate, of each that moves and of all that do."""
+        return len(self.constants.walk)
+
+    @property
+    def constants(self) -> EstimatorPlan:
+        """Constants of the estimator."""
+        spans, values, low, high = (
+            np.array([getattr(p, name) for p in self.parameters]) for name in ("span", "value", "low", "high")
+        )
+        deviations = np.array([p.deviation for p in self.parameters])
+        moving = np.unique([*np.eye(len(deviations)), np.ones(len(deviations))], axis=0)
+        each = moving * (spans / deviations) ** 2 / 60.0
+        walk = np.vstack([0.0 * deviations, *(rate**2 * each for rate in WALK_RATES)])
+        noise = np.array([self.deviation**2, self.correlated])
+        bounds = (low - values) / deviations, (high - values) / deviations
+        return EstimatorPlan(noise, walk, np.maximum((spans / deviations) ** 2, 1.0), *bounds)
+
+    def moves(self, names: Sequence[str], drive: Array) -> Index:
+        """Return whether the damper moves (N,) under channels (C, N), 1 or 0."""
+        own = [np.abs(drive[list(names).index(n)]) > rate for n, rate in self.standing]
+        return np.any(own, axis=0).astype(np.int64) if own else np.ones(drive.shape[1], dtype=np.int64)
+
+
+def plan_of(source: ExportSource, names: Sequence[str]) -> TrackerPlan:
+    """Return the plan of a tracker of parameters of a fit.
+
+    Raises
+    ------
+    ConfigError
+        If the model has no such parameter, or it cannot be tracked.
+    DataError
+        If the fit's residual is not known.
+    """
+    if not names:
+        raise ConfigError(f"--track: name parameters of {', '.join(_names(source))}")
+    places = [_places(source, name) for name in dict.fromkeys(names)]
+    flat = [k for own in places for k in own]
+    spans = np.abs(source.theta[flat])
+    covariance = _covariance(source, flat, spans)
+    spans = np.maximum(spans, 3.0 * np.sqrt(np.diag(covariance)))
+    found, columns = list[TrackedParameter](), np.zeros((len(flat), len(places)))
+    for k, (name, own) in enumerate(zip(dict.fromkeys(names), places, strict=True)):
+        rows = [flat.index(j) for j in own]
+        factor, params = len(own) > 1, [source.spec.params[j] for j in own]
+        values = source.theta[list(own)]
+        columns[rows, k] = values if factor else 1.0
+        ends = [sorted((p.low / v, p.high / v)) for p, v in zip(params, values, strict=True)] if factor else []
+        low, high = (max(e[0] for e in ends), min(e[1] for e in ends)) if ends else (params[0].low, params[0].high)
+        unit, value, span = ("1", 1.0, 1.0) if factor else (params[0].unit, float(values[0]), float(spans[rows[0]]))
+        found.append(TrackedParameter(name, unit, value, 0.0, span, low, high, own, factor))
+    # a factor common to several values is what their covariance says of it when all have it
+    common = np.linalg.inv(columns.T @ np.linalg.solve(covariance, columns))
+    deviations = np.sqrt(np.diag(common))
+    tracked = tuple(
+        TrackedParameter(**{**vars(p), "deviation": float(d)}) for p, d in zip(found, deviations, strict=True)
+    )
+    deviation, correlated = _noise(source)
+    return TrackerPlan(tracked, common / np.outer(deviations, deviations), deviation, correlated, _standing(source))
+
+
+def _names(source: ExportSource) -> list[str]:
+    return list(dict.fromkeys(map(base_name, source.spec.names)))
+
+
+def _places(source: ExportSource, name: str) -> tuple[int, ...]:
+    """Return the places of a parameter, at all of its currents."""
+    own = tuple(k for k, n in enumerate(source.spec.names) if name in (n, base_name(n)))
+    if not own:
+        raise ConfigError(f"--track {name}: the model {source.assembly.name} has {', '.join(_names(source))}")
+    effect = name.partition(".")[0]
+    if "." in name and hasattr(registry.load("effect", effect), "longest"):
+        raise ConfigError(f"--track {name}: a time by which {effect} is late cannot be tracked")
+    if len(own) > 1 and not np.all(source.theta[list(own)]):
+        raise ConfigError(f"--track {name}: it is 0 at a current, and has no factor there")
+    return own
+
+
+def _covariance(source: ExportSource, places: Sequence[int], spans: Array) -> Array:
+    """Return the covariance of the fit (K, K) at places of the parameters; of those left open a tenth of their size."""
+    result = next(r for r in source.content.results if r.condition == source.condition)
+    stored, names = result.covariance, [source.spec.names[k] for k in places]
+    wide = [_OPEN * s or _OPEN * source.spec.params[k].high for k, s in zip(places, spans.tolist(), strict=True)]
+    found = np.diag(np.square(wide))
+    if stored is None:
+        return found
+    at = [stored.names.index(n) if n in stored.names else -1 for n in names]
+    scale = [source.theta[k] if j >= 0 and stored.log[j] else 1.0 for k, j in zip(places, at, strict=True)]
+    for a, i in enumerate(at):
+        for b, j in enumerate(at):
+            if i >= 0 and j >= 0:
+                found[a, b] = stored.rows[i][j] * scale[a] * scale[b]
+    found += np.diag(np.square(1e-6 * np.maximum(spans, 1e-300)))
+    return found
+
+
+def _noise(source: ExportSource) -> tuple[float, float]:
+    """Return the standard deviation of the fit's residual, and its integrated correlation time in s.
+
+    Raises
+    ------
+    DataError
+        If neither the logs nor an error of the fit are at hand.
+    """
+    if not source.stretches:
+        errors = [row.rmse for row in source.content.metrics if row.rmse]
+        if not errors:
+            raise DataError(f"{source.name}: the size of its residual is not known: fit again")
+        return errors[0], 0.0
+    residuals = [s.measured - s.simulated for s in source.stretches]
+    samples = sum(map(len, residuals))
+    variance = sum(float(e @ e) for e in residuals) / samples
+    times = [correlation_time(e, s.dt) * len(e) for e, s in zip(residuals, source.stretches, strict=True)]
+    # a fit without an error: rounding is noise too
+    return max(float(np.sqrt(variance)), 1e-9 * source.output_range), sum(times) / samples
+
+
+def correlation_time(series: Array, dt: float) -> float:
+    """Return the integrated correlation time in s of a series (N,): dt·(1 + 2 Σ ρ_k) up to the first ρ_k below 0."""
+    size = len(series)
+    spectrum = np.fft.rfft(series, 2 * size)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:size]
+    if not correlation[0] > 0.0:
+        return dt
+    below = np.flatnonzero(correlation < 0.0)
+    end = int(below[0]) if len(below) else size
+    return dt * float(2.0 * correlation[:end].sum() / correlation[0] - 1.0)
+
+
+def _standing(source: ExportSource) -> tuple[tuple[str, float], ...]:
+    """Return the rates below which a damper stands."""
+    rates = [n for n in source.channels if unit_of(n).endswith("/s")]
+    tests = {n: [float(np.abs(s.inputs[n]).max()) for s in source.stretches] for n in rates}
+    return tuple(
+        (n, _STANDING * min(v for v in values if v > 0.0))
+        for n, values in tests.items()
+        if max(values, default=0.0) > 0.0
+    )

@@ -1,0 +1,152 @@
+"""A recursive estimator of drifting parameters: Kalman filters on one linearised output, and a choice between them.
+
+The output is linear in the parameters about the estimate: error = measured − output at the estimate, sensitivities by
+forward differences of models that step beside it. Parameters are in standard deviations of the prior from its mean.
+One filter takes them as constant since it began, the others as random walks. Their evidence decides which one gives
+the estimate: the cumulative sum of the logarithm of the ratio of their likelihoods (Page, Biometrika 41 (1954) 100).
+
+Coloured noise of integrated correlation time τ is taken as white with the variance σ²·max(1, τ/dt).
+
+Source: L. Ljung, T. Söderström, Theory and Practice of Recursive Identification (1983), section 3.4; M. Basseville,
+I. Nikiforov, Detection of Abrupt Changes (1993), section 2.2.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.kernels.jit import kernel
+
+# Evidence in nats at which constant parameters are taken to move
+CHANGED = 8.0
+# Evidence in nats at which moving parameters are taken to move otherwise, or to have come to rest
+MOVED_OTHERWISE = 6.0
+# Evidence in nats at which the filter of constant parameters begins again while they move
+BEHIND = -1.0
+# Factor of the variance of a moving parameter with which it is taken to be constant from now on
+WIDER = 9.0
+
+
+class Estimator(NamedTuple):
+    """State of the estimator.
+
+    Attributes
+    ----------
+    mean, covariance
+        Of the filters, (M, T) and (M, T, T); the first has constant parameters, the others random walks.
+    estimate, gain
+        Mean of the filter that is chosen, (T,), and the covariance of parameters and output (T,).
+    evidence, likelihood
+        Cumulative evidence in nats of each filter against the one chosen, (M,), and log-likelihoods of the last
+        innovations, (M,).
+    chosen
+        Which filter gives the estimate, (1,).
+    """
+
+    mean: Array
+    covariance: Array
+    estimate: Array
+    gain: Array
+    evidence: Array
+    likelihood: Array
+    chosen: Array
+
+
+class EstimatorPlan(NamedTuple):
+    """Constants of the estimator.
+
+    Attributes
+    ----------
+    noise
+        Variance of the output's noise, and its integrated correlation time in s.
+    walk
+        Growth of the filters' variances per s, (M, T); 0 of the first.
+    widest
+        Greatest variance, (T,).
+    low, high
+        Bounds, (T,).
+    """
+
+    noise: Array
+    walk: Array
+    widest: Array
+    low: Array
+    high: Array
+
+
+@kernel
+def _updated(t: Any, plan: Any, m: int, sensitivity: Any, error: float, white: float) -> float:
+    """Update filter m; return the log-likelihood of its innovation, but for a constant."""
+    innovation, variance = error, white
+    for k in range(len(t.gain)):
+        t.gain[k] = 0.0
+        for j in range(len(t.gain)):
+            t.gain[k] += t.covariance[m, k, j] * sensitivity[j]
+        innovation -= sensitivity[k] * (t.mean[m, k] - t.estimate[k])
+        variance += sensitivity[k] * t.gain[k]
+    for k in range(len(t.gain)):
+        share = t.gain[k] / variance
+        t.mean[m, k] = min(max(t.mean[m, k] + share * innovation, plan.low[k]), plan.high[k])
+        for j in range(len(t.gain)):
+            t.covariance[m, k, j] -= share * t.gain[j]
+    return -0.5 * (math.log(variance / white) + innovation * innovation / variance)
+
+
+@kernel
+def _restarted(t: Any, plan: Any, m: int, other: int) -> None:
+    """Let filter m begin where another one is, which may still be on its way, unless it moves what that holds."""
+    within = True
+    for k in range(len(t.gain)):
+        within = within and (plan.walk[m, k] == 0.0 or plan.walk[other, k] > 0.0)
+    if within and m != other:
+        for k in range(len(t.gain)):
+            t.mean[m, k] = t.mean[other, k]
+            for j in range(len(t.gain)):
+                t.covariance[m, k, j] = t.covariance[other, k, j]
+            if plan.walk[other, k] > 0.0:
+                t.covariance[m, k, k] *= WIDER
+
+
+@kernel
+def _weighed(t: Any, plan: Any) -> None:
+    """Add up the evidence against the filter chosen, and choose another one where it suffices."""
+    chosen = int(t.chosen[0])
+    found = chosen
+    for m in range(len(t.evidence)):
+        t.evidence[m] = max(t.evidence[m], BEHIND if m == 0 else 0.0) + t.likelihood[m] - t.likelihood[chosen]
+        if t.evidence[m] > max(t.evidence[found], CHANGED if chosen == 0 else MOVED_OTHERWISE):
+            found = m
+    if found != chosen:
+        t.chosen[0] = found
+        for m in range(len(t.evidence)):
+            t.evidence[m] = 0.0
+            if found > 0:
+                _restarted(t, plan, m, found)
+    elif found > 0 and t.evidence[0] < BEHIND:
+        t.evidence[0] = 0.0
+        _restarted(t, plan, 0, found)
+
+
+@kernel
+def corrected(t: Any, plan: Any, sensitivity: Any, error: float, dt: float, excited: int) -> None:
+    """Correct the estimate by the output's error at the end of a step of dt s; it stays where nothing is excited."""
+    white = plan.noise[0] * max(1.0, plan.noise[1] / dt)
+    for m in range(len(t.evidence)):
+        for k in range(len(t.gain)):
+            t.covariance[m, k, k] = min(t.covariance[m, k, k] + plan.walk[m, k] * dt, plan.widest[k])
+        if excited != 0:
+            t.likelihood[m] = _updated(t, plan, m, sensitivity, error, white)
+    if excited != 0:
+        _weighed(t, plan)
+        for k in range(len(t.gain)):
+            t.estimate[k] = t.mean[int(t.chosen[0]), k]
+
+
+def begun_estimator(prior: Array, filters: int) -> Estimator:
+    """Return the estimator before the first sample, of the prior's correlations (T, T)."""
+    size = len(prior)
+    mean, covariance = np.zeros((filters, size)), np.repeat(prior[None], filters, axis=0)
+    nothing, none = np.zeros((2, size)), np.zeros((2, filters))
+    return Estimator(mean, covariance, nothing[0], nothing[1], none[0], none[1], np.zeros(1))

@@ -1,0 +1,143 @@
+"""Parameters along a log: Kalman's filter where the law is linear, planted changes, standing still, the batch fit."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError
+from mrfit.export.tracker import correlation_time, plan_of
+from mrfit.track.run import ParameterTrack, track_log
+from tests.track.logs import DT, NOISE, SHARE, VALUES, columns, fitted, force, motion
+
+TRACKED = ("fy", "c", "f0")
+Oracle = Callable[[Array, Array, Array, Array, float], tuple[Array, Array]]
+
+
+def tracked(measured: Array, channels: dict[str, Array], names: tuple[str, ...] = TRACKED) -> ParameterTrack:
+    source = fitted()
+    return track_log(source, plan_of(source, names), channels, measured, DT)
+
+
+def test_the_plan_is_what_fit_and_logs_say() -> None:
+    plan = plan_of(fitted(), TRACKED)
+    assert [p.deviation for p in plan.parameters] == pytest.approx([SHARE * VALUES[n] for n in TRACKED], rel=1e-6)
+    assert plan.deviation == pytest.approx(NOISE, rel=0.05) and plan.correlated == pytest.approx(DT, rel=0.2)
+    ((name, rate),) = plan.standing
+    assert name == "velocity" and 0.0 < rate < 0.1 * np.abs(motion(4.0)["velocity"]).max()
+
+
+def test_the_correlation_time_of_a_first_order_process_is_known() -> None:
+    rng, rho, series = np.random.default_rng(0), 0.9, np.zeros(100_000)
+    kicks = rng.standard_normal(len(series))
+    for k in range(1, len(series)):
+        series[k] = rho * series[k - 1] + kicks[k]
+    assert correlation_time(series, DT) == pytest.approx(DT * (1 + rho) / (1 - rho), rel=0.1)
+
+
+def textbook(start: Array, spread: Array, rows: Array, values: Array, variance: float) -> tuple[Array, Array]:
+    """Kalman's filter of constants: means and covariance."""
+    x, p = start.copy(), spread.copy()
+    for row, value in zip(rows, values, strict=True):
+        gain = p @ row / (row @ p @ row + variance)
+        x, p = x + gain * (value - row @ x), (np.eye(len(x)) - np.outer(gain, row)) @ p
+    return x, p
+
+
+def filterpy(start: Array, spread: Array, rows: Array, values: Array, variance: float) -> tuple[Array, Array]:
+    """The same by the library."""
+    kalman = pytest.importorskip("filterpy.kalman").KalmanFilter(dim_x=len(start), dim_z=1)
+    kalman.x, kalman.P, kalman.F = start[:, None].copy(), spread.copy(), np.eye(len(start))
+    kalman.Q, kalman.R = np.zeros((len(start), len(start))), np.array([[variance]])
+    for row, value in zip(rows, values, strict=True):
+        kalman.predict()
+        kalman.update(np.array([[value]]), H=row[None])
+    return kalman.x[:, 0], kalman.P
+
+
+@pytest.mark.parametrize("oracle", [textbook, filterpy])
+def test_constant_parameters_are_those_of_kalmans_filter(oracle: Oracle) -> None:
+    channels, source = motion(3.0, 5), fitted()
+    measured = force(channels, 2, fy=808.0, c=690.0)
+    plan = plan_of(source, TRACKED)
+    found = track_log(source, plan, channels, measured, DT)
+    assert not found.chosen.any()
+    rows = np.column_stack([columns(channels)[n] for n in TRACKED])
+    start = np.array([VALUES[n] for n in TRACKED])
+    values = measured - force(channels) + rows @ start
+    spread = np.diag([p.deviation**2 for p in plan.parameters])
+    used = np.flatnonzero(found.moves[1:] > 0) + 1
+    variance = plan.deviation**2 * max(1.0, plan.correlated / DT)
+    mean, covariance = oracle(start, spread, rows[used], values[used], variance)
+    np.testing.assert_allclose(found.values[-1], mean, rtol=1e-8)
+    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-5, atol=1e-6 * covariance.max())
+
+
+@pytest.mark.parametrize(("name", "share"), [("fy", 0.05), ("fy", -0.3), ("c", 0.3), ("f0", 0.3)])
+def test_a_step_is_followed_and_no_other_parameter_moves(name: str, share: float) -> None:
+    channels = motion(20.0, 3)
+    half = len(channels["velocity"]) // 2
+    course = VALUES[name] * np.where(np.arange(2 * half) >= half, 1.0 + share, 1.0)
+    moving: dict[str, Array] = {name: course}
+    found = tracked(force(channels, 4, **moving), channels)
+    truth = np.array([course[-1] if n == name else VALUES[n] for n in TRACKED])
+    assert np.abs((found.values[-1] - truth) / found.deviations[-1]).max() < 3.0
+    k = TRACKED.index(name)
+    there = np.abs(found.values[half:, k] - course[-1]) < 0.1 * abs(course[-1] - course[0])
+    assert np.argmax(there) * DT < {"fy": 0.3, "c": 3.0, "f0": 3.0}[name]
+
+
+def test_a_ramp_stays_within_the_bands() -> None:
+    channels = motion(30.0, 6)
+    course = VALUES["fy"] * (1.0 + 0.2 * np.clip(np.linspace(-0.5, 1.5, len(channels["velocity"])), 0.0, 1.0))
+    found = tracked(force(channels, 7, fy=course), channels)
+    held = np.abs(found.values[:, 0] - course) < 1.96 * found.deviations[:, 0]
+    assert held.mean() > 0.85
+
+
+def test_nothing_moves_while_the_damper_stands() -> None:
+    channels = motion(6.0, 8)
+    standing = {
+        n: np.concatenate([v[:3000], np.full(9000, v[3000] * (n == "displacement")), v[3000:]])
+        for n, v in channels.items()
+    }
+    measured = force(standing, 9)
+    # what a seal creeps, a load cell drifts
+    measured[3000:12000] += np.linspace(0.0, 200.0, 9000)
+    found = tracked(measured, standing)
+    assert np.ptp(found.values[3000:12000], axis=0).max() == 0.0
+    assert np.abs((found.values[-1] - [VALUES[n] for n in TRACKED]) / found.deviations[-1]).max() < 3.0
+
+
+def test_a_sample_that_is_no_number_changes_nothing() -> None:
+    channels = motion(2.0, 10)
+    measured = force(channels, 11)
+    measured[1000:1100] = np.nan
+    found = tracked(measured, channels)
+    assert np.ptp(found.values[1000:1100], axis=0).max() == 0.0 and np.isfinite(found.values).all()
+
+
+def test_without_a_change_the_end_is_the_batch_fit() -> None:
+    channels = motion(40.0, 12)
+    measured = force(channels, 13, fy=820.0, c=760.0, f0=38.0)
+    found = tracked(measured, channels)
+    rows = np.column_stack([columns(channels)[n] for n in TRACKED])
+    rest = VALUES["k"] * columns(channels)["k"]
+    batch = np.linalg.lstsq(rows[found.moves > 0], (measured - rest)[found.moves > 0], rcond=None)[0]
+    assert np.abs((found.values[-1] - batch) / found.deviations[-1]).max() < 1.0
+
+
+def test_a_bound_holds() -> None:
+    channels, source = motion(2.0, 14), fitted()
+    plan = plan_of(source, ("fy", "c"))
+    low = replace(plan.parameters[1], low=650.0)
+    plan = replace(plan, parameters=(plan.parameters[0], low))
+    found = track_log(source, plan, channels, force(channels, 15, c=200.0), DT)
+    assert found.values[:, 1].min() == pytest.approx(650.0) and found.values[-1, 1] < 660.0
+
+
+def test_a_parameter_that_is_not_there_is_named() -> None:
+    with pytest.raises(ConfigError, match="--track fx: the model tanh has fy, a1"):
+        plan_of(fitted(), ("fx",))
