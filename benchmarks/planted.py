@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
@@ -13,6 +14,8 @@ from mrfit.simulate.assembly import Assembly, assemble
 
 PER_CYCLE = 2000
 LEAD_CYCLES = 2
+# Samples of noise before the first that is used
+SETTLING = 200
 # Drives by output: channel, and amplitude (SI) and frequency (Hz) of one condition after another
 DRIVES = {"flux": "current", "force": "displacement", "torque": "angle", "current": "flux"}
 AMPLITUDES = {
@@ -27,7 +30,13 @@ FREQUENCIES = (2.0, 1.0, 5.0, 3.0, 0.5)
 
 
 def problem(
-    model: str, conditions: int, samples: int, rng: np.random.Generator, noise: float = 0.01, fitted: str = ""
+    model: str,
+    conditions: int,
+    samples: int,
+    rng: np.random.Generator,
+    noise: float = 0.01,
+    fitted: str = "",
+    correlation: float = 0.0,
 ) -> tuple[FitGroup, Assembly, Cube]:
     """Return the blocks of a joint fit to planted logs, with the model and its cube.
 
@@ -42,25 +51,35 @@ def problem(
     rng
         Source of the noise and of the planted parameters, which lie about the start values.
     noise
-        Standard deviation of white noise, as a share of the output's.
+        Standard deviation of the noise, as a share of the output's.
     fitted
         Model to fit, of the same output; empty for the one that makes the data.
+    correlation
+        Of the noise at a lag of one sample.
     """
     assembly = assemble(model)
     cube = cube_of(assembly.spec, {}, VISIBLE.get(model, {}), {})
-    theta = cube.to_theta(np.clip(cube.start + 0.1 * (rng.random((1, len(cube.free))) - 0.5), 0.02, 0.98))
+    theta = planted_values(cube, rng)
     recordings, segments = {}, []
     for number in range(conditions):
         recording, segment = sine_log(assembly, theta, number, samples)
         output = recording.channels[assembly.spec.output]
         scale = noise * float(np.std(output[segment.start :]))
-        channels = {**recording.channels, assembly.spec.output: output + scale * rng.standard_normal(len(output))}
+        burn = SETTLING if correlation else 0
+        white = rng.standard_normal(len(output) + burn)
+        coloured = lfilter([np.sqrt(1.0 - correlation**2)], [1.0, -correlation], white)[burn:]
+        channels = {**recording.channels, assembly.spec.output: output + scale * coloured}
         recordings[recording.id] = replace(recording, channels=channels)
         segments.append(segment)
     if fitted:
         assembly = assemble(fitted)
         cube = cube_of(assembly.spec, {}, VISIBLE.get(fitted, {}), {})
     return build_group("all", segments, recordings, assembly, split=False), assembly, cube
+
+
+def planted_values(cube: Cube, rng: np.random.Generator) -> Array:
+    """Return parameters (1, K) about the start values."""
+    return cube.to_theta(np.clip(cube.start + 0.1 * (rng.random((1, len(cube.free))) - 0.5), 0.02, 0.98))
 
 
 def sine_log(assembly: Assembly, theta: Array, number: int, samples: int) -> tuple[Recording, Segment]:

@@ -3,7 +3,9 @@
 Residuals r along the left singular vectors U of the Jacobian at the optimum have the long-run covariance Γ, others the
 variance v. With e = Uᵀ r the cost is Q(θ) = eᵀ Γ⁻¹ e + (‖r‖² − ‖e‖²)/v, the density (1 + (Q − Q₀)/ν)^(−(ν + F)/2)
 with a flat prior within the bounds of the cube. Where the model is linear this is Student's t with the HAC covariance.
-The sampler is the affine-invariant ensemble of Goodman and Weare (2010), which needs no gradient and follows a ridge.
+Draws of a wider Student's t about the optimum, with the covariance of the fit, are weighted by the density. Where too
+few of these count, about a ridge or a bound, the sampler is the affine-invariant ensemble of Goodman and Weare (2010),
+which needs no gradient and follows a ridge.
 """
 
 import math
@@ -25,6 +27,12 @@ STEPS_AT_ONCE, MOST_POSTERIOR_STEPS = 500, 4000
 AUTOCORRELATIONS = 30
 """Autocorrelation times after which the draws are enough."""
 POSTERIOR_KEPT = 400
+WIDEST_START = 0.2
+"""Spread, as a share of the bounds, that draws have at most along what the data leave open."""
+PROPOSAL_WIDER, PROPOSAL_DEGREES = 1.2, 8.0
+"""Width of the proposal over that of the fit's covariance, and the most degrees of freedom it has."""
+PROPOSALS, EFFECTIVE_DRAWS = 4000, 1000.0
+"""Draws of the proposal, and how many independent ones they have to be worth."""
 OPEN_SHARE = 0.9
 """Share of the bounds from which on a 95 % interval says nothing."""
 
@@ -96,16 +104,39 @@ def posterior_draws(density: PosteriorDensity, uncertainty: Uncertainty, rng: np
     Raises
     ------
     ConfigError
-        If the sampler is not installed.
+        If the walkers are needed and their sampler is not installed.
     """
+    least = float(density.costs(density.point[None, :])[0])
+    open_ways = uncertainty.null * np.minimum(uncertainty.spreads[uncertainty.open], WIDEST_START)
+    covariance = uncertainty.covariance + open_ways @ open_ways.T
+    widths = np.linalg.cholesky(covariance + 1e-12 * np.trace(covariance) * np.eye(len(covariance)))
+    found = _weighted_draws(density, PROPOSAL_WIDER * widths, least, rng)
+    return _ensemble_draws(density, widths, least, rng) if found is None else found
+
+
+def _weighted_draws(density: PosteriorDensity, widths: Array, least: float, rng: np.random.Generator) -> Array | None:
+    """Return draws (D, F) by importance; None where their weights are too uneven."""
+    free, degrees = len(density.point), min(density.degrees, PROPOSAL_DEGREES)
+    along = rng.standard_normal((PROPOSALS, free)) / np.sqrt(rng.chisquare(degrees, (PROPOSALS, 1)) / degrees)
+    points = density.point + along @ widths.T
+    proposed = -0.5 * (degrees + free) * np.log1p(np.sum(along**2, axis=1) / degrees)
+    parts = np.array_split(points, PROPOSALS // STEPS_AT_ONCE)
+    logarithms = np.concatenate([density.logarithms(part, least) for part in parts]) - proposed
+    weights = np.exp(logarithms - logarithms.max())
+    if weights.sum() ** 2 < EFFECTIVE_DRAWS * np.sum(weights**2):
+        return None
+    chosen: Array = points[rng.choice(PROPOSALS, PROPOSALS, p=weights / weights.sum())]
+    return chosen
+
+
+def _ensemble_draws(density: PosteriorDensity, widths: Array, least: float, rng: np.random.Generator) -> Array:
+    """Return draws (D, F) by walkers."""
     try:
         from emcee import EnsembleSampler
     except ImportError:
         raise ConfigError("--intervals posterior needs emcee: python -m pip install 'mrfit[posterior]'") from None
     free = len(density.point)
     walkers = max(FEWEST_WALKERS, WALKERS_PER_PARAMETER * free)
-    least = float(density.costs(density.point[None, :])[0])
-    widths = uncertainty.directions * np.minimum(uncertainty.spreads, 0.2)
     start = density.point + 0.5 * rng.standard_normal((walkers, free)) @ widths.T
     # reflected at the bounds, so that no two walkers lie on one
     start = np.abs(start)

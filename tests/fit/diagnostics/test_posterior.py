@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
+from mrfit.fit.diagnostics import posterior
 from mrfit.io.schemas.fit import Trust
 from tests.fit.diagnostics.test_trust import judged
-
-pytest.importorskip("emcee")
 
 
 @pytest.fixture(scope="module")
@@ -32,3 +31,11 @@ def test_its_draws_are_kept_and_lie_within_the_bounds(both: tuple[Trust, Trust])
         row = next(p for p in both[1].parameters if p.name == name)
         assert row.bound_low is not None and row.bound_high is not None
         assert np.all((column >= row.bound_low) & (column <= row.bound_high))
+
+
+def test_weighted_draws_and_walkers_give_the_same_intervals(both: tuple[Trust, Trust], monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    pytest.importorskip("emcee")
+    monkeypatch.setattr(posterior, "EFFECTIVE_DRAWS", np.inf)
+    for one, walked in zip(both[1].parameters, judged("posterior").parameters, strict=True):
+        assert walked.low == pytest.approx(one.low, abs=0.1 * (one.high - one.low))
+        assert walked.high == pytest.approx(one.high, abs=0.1 * (one.high - one.low))
