@@ -19,6 +19,7 @@ from mrfit.measure.cycles import BRANCH_GRID, Cycles, cycles_of
 from mrfit.measure.intervals import Estimate
 from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.measure.usable import unusable
+from mrfit.report.numbers import significant
 from mrfit.segment import stage as segment_stage
 from mrfit.settings.segment import Settings as SegmentSettings
 from mrfit.settings.sheet import Settings
@@ -227,10 +228,11 @@ def _sensitive(cycles: Cycles, own: forces.Forces, found: Mapping[str, Estimate]
     for one in others:
         if one.estimate is None or one.name not in found or one.name == "closure":
             continue
-        scale = peak if SHEET_QUANTITIES[one.name][0] == "N" else abs(found[one.name].value)
-        change = abs(one.estimate.value - found[one.name].value)
-        if change > max(SENSITIVE * scale, found[one.name].error) and scale > 0.0:
-            words.append(f"{one.name} by {100.0 * change / scale:.2g} %")
+        known = found[one.name]
+        scale = peak if SHEET_QUANTITIES[one.name][0] == "N" else abs(known.value) * (abs(known.value) > known.error)
+        change = abs(one.estimate.value - known.value)
+        if change > max(SENSITIVE * scale, known.error) and scale > 0.0:
+            words.append(f"{one.name} by {significant(100.0 * change / scale, 2)} %")
     if not words:
         return []
     return [
