@@ -98,7 +98,7 @@ def _of_face(name: str) -> object:
     return found
 
 
-class _Applied(ModuleType):
+class _ApplyRoom(ModuleType):
     """The room ``apply``, whose functions are found in its modules: ``mrfit.apply.invert(…)``."""
 
     def __getattr__(self, name: str) -> object:
@@ -125,7 +125,7 @@ class _Package(ModuleType):
             if name in _ROOMS:
                 return
             if name == "apply":
-                value.__class__ = _Applied
+                value.__class__ = _ApplyRoom
         super().__setattr__(name, value)
 
 

@@ -18,7 +18,7 @@ class DataError(MrfitError):
     """The data or the fit cannot be used (exit code 1)."""
 
 
-class Lacking(DataError):
+class MissingResource(DataError):
     """The machine lacks what the data need, as memory, room, a library or a permission; the data may be sound."""
 
 
@@ -38,7 +38,7 @@ def is_of_machine(error: BaseException) -> bool:
     while one is not None:
         # a library that cannot make sense of a file raises an OSError too, without a number or with that of a bad seek
         of_system = isinstance(one, OSError) and one.errno not in (None, errno.EINVAL)
-        if of_system or isinstance(one, (Lacking, MemoryError, ImportError)):
+        if of_system or isinstance(one, (MissingResource, MemoryError, ImportError)):
             return True
         one = one.__cause__ or one.__context__
     return False

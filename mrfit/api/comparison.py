@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from mrfit.api.fitting import FitResult
 from mrfit.api.options import Options, check_names, settings_of, with_options
-from mrfit.api.preparing import SETTINGS, Prepared, as_asked, prepared
+from mrfit.api.preparing import SETTINGS, PreparedSegments, as_asked, prepared
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.compare import optimizers as compare_optimizers
@@ -186,7 +186,7 @@ def compare(
         return _models(prepared(recordings, as_asked(options), told), settings, told)
 
 
-def _models(made: Prepared, settings: compare_stage.Settings, progress: Progress) -> Comparison:
+def _models(made: PreparedSegments, settings: compare_stage.Settings, progress: Progress) -> Comparison:
     """Compare models."""
     fitted: dict[str, FitOutput] = {}
 

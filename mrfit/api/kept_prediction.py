@@ -42,7 +42,7 @@ def trained_on(workspace: Workspace, fit: Fit) -> dict[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Kept:
+class PredictionRecord:
     """Content of a saved prediction beside its samples."""
 
     fit: Fit
@@ -50,7 +50,9 @@ class Kept:
     findings: Sequence[str]
 
 
-def save(workspace: Workspace, name: str, kept: Kept, found: SegmentPrediction, assembly: Assembly) -> list[str]:
+def save(
+    workspace: Workspace, name: str, kept: PredictionRecord, found: SegmentPrediction, assembly: Assembly
+) -> list[str]:
     """Write ``predict/NAME.parquet`` or ``.csv``, as the name ends, with a figure and a summary; return the files.
 
     Raises

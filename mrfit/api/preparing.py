@@ -40,7 +40,7 @@ class Preparation:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedSegments:
     """Segments, how they were made, and what was odd."""
 
     dataset: Dataset
@@ -54,7 +54,7 @@ def as_asked(options: Options) -> Preparation:
     return Preparation(flux, segment)  # type: ignore[arg-type]
 
 
-def prepared(recordings: Recording | Iterable[Recording], how: Preparation, progress: Progress) -> Prepared:
+def prepared(recordings: Recording | Iterable[Recording], how: Preparation, progress: Progress) -> PreparedSegments:
     """Return the segments of recordings, with flux linkage where coil voltage and current are there.
 
     Raises
@@ -66,7 +66,7 @@ def prepared(recordings: Recording | Iterable[Recording], how: Preparation, prog
     segments, detections = mrfit.segment.stage.cut(found, len(found), how.segment, progress)
     findings = tuple(f for d in detections for f in d.findings)
     dataset = Dataset(segments, {r.id: r for r in found})
-    return Prepared(dataset, replace(how, resistance=resistance), findings)
+    return PreparedSegments(dataset, replace(how, resistance=resistance), findings)
 
 
 @contextmanager

@@ -31,7 +31,7 @@ from mrfit.io.schemas.apply import (
 )
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
-from mrfit.report.sections import Drawn, Section, Table, render
+from mrfit.report.sections import Section, SectionFigure, Table, render
 
 File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
 # What files are called, by schema
@@ -135,7 +135,7 @@ def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
         ),
     ]
     caption = "Grey: forces that some current gives at this motion. Red: the desired force is outside."
-    drawn = Drawn("Force and current.", caption, figure(panels, f"i{k}", f"Force and current, {motion.name}"))
+    drawn = SectionFigure("Force and current.", caption, figure(panels, f"i{k}", f"Force and current, {motion.name}"))
     return Section(motion.name, (), (), (drawn,))
 
 
@@ -222,7 +222,7 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
         )
         for title, label, name in _COURSES
     ]
-    drawn = Drawn(
+    drawn = SectionFigure(
         "Acceleration and force.",
         f"The first {end:g} s on {road}.",
         figure(panels, f"q{k}", f"Acceleration and force on {road}"),
@@ -318,7 +318,7 @@ def _tracking_sections(study: TrackingStudy, unit: str) -> list[Section]:
             Panel("Force", "t (s)", f"F ({unit})", forces, marks=stepping),
             Panel("Current", "t (s)", "i (A)", currents, marks=stepping),
         ]
-        drawn = Drawn(
+        drawn = SectionFigure(
             "Force and current.", "Red: region III of the first scheme.", figure(panels, f"t{k}", f"{law} on {motion}")
         )
         sections.append(Section(f"{law}, {motion}", (), (), [drawn]))

@@ -26,7 +26,7 @@ NO_SHEET = "no-sheet"
 
 
 @dataclass(frozen=True)
-class Asked:
+class StageSettings:
     """Settings of the stages of every log, each for one worker."""
 
     ingest: ingest_stage.Settings
@@ -63,25 +63,25 @@ class Job:
     files: tuple[Path, ...]
     map: Path | None
     workspace: Path | None
-    asked: Asked
+    asked: StageSettings
     parcel: Parcel | None = None
 
 
 @dataclass(frozen=True)
-class Done:
+class LogResult:
     """Row of a log, and the files of its workspace where the worker's is not the one here."""
 
     row: LogRow
     files: tuple[tuple[str, bytes], ...] = ()
 
 
-def do(job: Job, progress: Progress) -> Done:
+def do(job: Job, progress: Progress) -> LogResult:
     """Fit one log and return its row; of one that cannot be used the row states the reason."""
     if job.parcel is None:
-        return Done(_row(job))
+        return LogResult(_row(job))
     with unpacked(job.parcel):
         row = _row(job)
-        return Done(row, returned(job.workspace) if job.workspace else ())
+        return LogResult(row, returned(job.workspace) if job.workspace else ())
 
 
 def _row(job: Job) -> LogRow:

@@ -8,7 +8,7 @@ from mrfit.batch.figures import over_current, overview
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.numbers import in_html, natural, significant, unit_html
-from mrfit.report.sections import Drawn, Section, Table, hover_script
+from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import inline
 
@@ -37,7 +37,7 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
             "Every log is a condition of its own, so none can be compared with another: values over the current "
             "of the test, or by log where none is held; bars are 95 % intervals."
         )
-        found.append(Section("Parameters", figures=[Drawn("", caption, svg)]))
+        found.append(Section("Parameters", figures=[SectionFigure("", caption, svg)]))
     elif fleet.groups:
         svg = inline(overview(fleet), "b", "Histogram and course of every parameter over all logs")
         order = "the date in their names" if fleet.dated else "their names, in which no date was found"
@@ -45,7 +45,7 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
             "Left: all values, those beyond the outer 0.5 % at the edges. Right: median (line) and 5 to 95 % "
             f"(band) over the logs in the order of {order}; dots: outliers, those far off at the edge."
         )
-        found.append(Section("Parameters", figures=[Drawn("", caption, svg)]))
+        found.append(Section("Parameters", figures=[SectionFigure("", caption, svg)]))
     words = (
         f"{len(rows)} logs, {len(rows) - len(failed)} fitted, {len(failed)} failed; {len(fleet.outliers)} outliers, "
         f"{len(fleet.drifts)} drifts. Logs are compared within one condition: outliers where at least {FEWEST} logs "

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from mrfit.batch.log import Asked, Job, failed
+from mrfit.batch.log import Job, StageSettings, failed
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 from mrfit.ingest.dispatch import expand
@@ -33,7 +33,7 @@ class Plan:
     refused: Sequence[LogRow]
 
 
-def plan(folder: Path, like: str, work: Path, asked: Asked, workspaces: bool, progress: Progress) -> Plan:
+def plan(folder: Path, like: str, work: Path, asked: StageSettings, workspaces: bool, progress: Progress) -> Plan:
     """Return the logs of a folder.
 
     Parameters
@@ -83,13 +83,13 @@ def plan(folder: Path, like: str, work: Path, asked: Asked, workspaces: bool, pr
     return Plan(sorted(jobs, key=lambda j: j.name), [failed(str(r.path), "", r) for r in refusals])
 
 
-def _job(item: LogItem, key: str, work: Path | None, asked: Asked) -> Job:
+def _job(item: LogItem, key: str, work: Path | None, asked: StageSettings) -> Job:
     name, where = item.source, item.rules.where
     workspace = _from_here(work / inside(name)) if work else None
     return Job(name, key, tuple(f for f, _ in item.files), Path(where) if where else None, workspace, asked)
 
 
-def _settings_key(asked: Asked) -> str:
+def _settings_key(asked: StageSettings) -> str:
     """Return the key of what is the same for all logs: settings, and the code of the stages."""
     stages: Mapping[str, str] = {stage: code_version(stage) for stage in ("flux", "segment")}
     return digest_of(asdict(asked.flux), stages, fit_key(asdict(asked.fit), {}, []))

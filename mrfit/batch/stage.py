@@ -10,7 +10,7 @@ from pathlib import Path
 from mrfit.batch import page, table
 from mrfit.batch.fleet import fleet_of
 from mrfit.batch.journal import NAME, Journal, read_journal, write_journal
-from mrfit.batch.log import ALONE, NO_SHEET, Asked, Done, Job, do, failed, made_of
+from mrfit.batch.log import ALONE, NO_SHEET, Job, LogResult, StageSettings, do, failed, made_of
 from mrfit.batch.parcel import packed, put
 from mrfit.batch.plan import plan
 from mrfit.core import plugins
@@ -67,7 +67,7 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
         raise ConfigError("--on: workers know nothing of a plug-in's file; say --shared where they see the same paths")
     flux = flux_stage.Settings(resistance=settings.resistance)
     alone = replace(stages.ingest, jobs=ALONE), flux, replace(stages.fit, jobs=ALONE)
-    asked = Asked(*alone, settings.report, settings.sheet)
+    asked = StageSettings(*alone, settings.report, settings.sheet)
     with Workspace(work).locked():
         found = plan(folder, settings.like, work, asked, settings.table is None, progress)
         journal = work / NAME
@@ -79,7 +79,7 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
         # what is told of logs elsewhere stays for a batch of theirs
         kept = {name: row for name, row in known.items() if _is_elsewhere(name, folder)}
         write_journal(journal, kept | {row.log: row for row in rows if row.key})
-        return _written(rows, work, settings, _Counted(len(due), len(found.jobs) - len(due)))
+        return _written(rows, work, settings, _LogCounts(len(due), len(found.jobs) - len(due)))
 
 
 def _is_done(job: Job, row: LogRow | None) -> bool:
@@ -141,7 +141,7 @@ def _sent(due: Sequence[Job], apart: bool) -> Iterator[Job]:
         yield replace(job, parcel=packed(p for p in paths if p.exists()))
 
 
-def _received(job: Job, done: Done, apart: bool) -> LogRow:
+def _received(job: Job, done: LogResult, apart: bool) -> LogRow:
     if (done.row.log, done.row.key) not in ((job.name, job.key), (job.name, "")):
         told = DataError(f"a worker has answered for {done.row.log[:80]}; look after your workers")
         return failed(job.name, "", told)
@@ -154,14 +154,14 @@ def _received(job: Job, done: Done, apart: bool) -> LogRow:
 
 
 @dataclass(frozen=True)
-class _Counted:
+class _LogCounts:
     """Logs done by this call, and those whose result was there."""
 
     done: int
     unchanged: int
 
 
-def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _Counted) -> BatchFile:
+def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _LogCounts) -> BatchFile:
     """Write the table and the page of all logs, where they are not those of the last call."""
     bad = [row for row in rows if row.error]
     if len(bad) == len(rows):

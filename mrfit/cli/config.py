@@ -85,7 +85,7 @@ _INGEST = table_of(mrfit.settings.ingest.Settings, logs=(list[str], Field(min_le
 _FLUX, _SEGMENT = table_of(mrfit.settings.flux.Settings), table_of(mrfit.settings.segment.Settings)
 _FIT, _DISCOVER = table_of(mrfit.settings.fit.Settings), table_of(mrfit.settings.discover.Settings)
 _REPORT = table_of(mrfit.settings.report.Settings)
-_COMPARE = table_of(mrfit.settings.compare.Asked)
+_COMPARE = table_of(mrfit.settings.compare.CompareOptions)
 _PREDICT = table_of(
     mrfit.settings.ingest.Settings, fit=(str, ...), logs=(list[str], Field(min_length=1)), save=(str, "")
 )
@@ -192,7 +192,7 @@ class PipelineFile:
     fit: tuple[mrfit.settings.fit.Settings, ...]
     discover: mrfit.settings.discover.Settings | None
     report: mrfit.settings.report.Settings
-    compare: mrfit.settings.compare.Asked | None = None
+    compare: mrfit.settings.compare.CompareOptions | None = None
     predict: tuple[PredictTable, ...] = ()
     figure: tuple[FigureTable, ...] = ()
     export: tuple[ExportTable, ...] = ()
@@ -248,7 +248,7 @@ def read_pipeline(path: Path) -> PipelineFile:
         fit=fits,
         discover=made_of(mrfit.settings.discover.Settings, file.discover) if file.discover else None,
         report=shown,
-        compare=made_of(mrfit.settings.compare.Asked, file.compare) if file.compare else None,
+        compare=made_of(mrfit.settings.compare.CompareOptions, file.compare) if file.compare else None,
         predict=tuple(
             PredictTable(t.fit, tuple(t.logs), t.save, made_of(mrfit.settings.ingest.Settings, t)) for t in file.predict
         ),

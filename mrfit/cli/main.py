@@ -235,7 +235,7 @@ app.command()(signals.plot)
 @app.command()
 @options(sends=True)
 def compare(
-    settings: mrfit.settings.compare.Asked,
+    settings: mrfit.settings.compare.CompareOptions,
     *,
     work: Work,
     plugins: Plugins,

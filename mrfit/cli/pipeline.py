@@ -286,7 +286,7 @@ def predict(
         findings = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings] + cut.findings
         files, model = [], assembly_of(found)
         if asked.save:
-            about = kept.Kept(found, [str(log) for log in logs], findings)
+            about = kept.PredictionRecord(found, [str(log) for log in logs], findings)
             with workspace.locked():
                 files = kept.save(workspace, asked.save, about, prediction, model)
     return {

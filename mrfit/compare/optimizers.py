@@ -165,7 +165,7 @@ class _Share:
         return replace(self, prepared=replace(self.prepared, recordings=recordings, groups={self.name: segments}))
 
 
-def _runs(share: _Share, progress: Progress) -> "list[_Run]":
+def _runs(share: _Share, progress: Progress) -> "list[_OptimizerRun]":
     """Return the runs of an optimizer from every start."""
     prepared, fit = share.prepared, share.settings.fit
     segments = prepared.groups[share.name]
@@ -176,7 +176,7 @@ def _runs(share: _Share, progress: Progress) -> "list[_Run]":
 
 
 @dataclass(frozen=True)
-class _Run:
+class _OptimizerRun:
     cost: float
     evaluations: int
     seconds: float
@@ -185,7 +185,7 @@ class _Run:
 
 def _one_run(
     group: FitGroup, prepared: fit_stage.FitPreparation, optimizer: str, seed: int, fit: fit_stage.Settings
-) -> _Run:
+) -> _OptimizerRun:
     weights = weights_of(group.search, group.training_floors, fit.weight)
     posed, starts = (
         LeastSquaresProblem(group.search, weights, prepared.assembly, prepared.cube),
@@ -202,7 +202,7 @@ def _one_run(
     found = search.run(posed, starts, limits, rng, strategy)
     # costs of another problem than that of all optimizers are not shown beside theirs
     history = list(found.history[found.preliminary :])
-    return _Run(found.cost, found.nfev, time.perf_counter() - begin, history)
+    return _OptimizerRun(found.cost, found.nfev, time.perf_counter() - begin, history)
 
 
 def start_point(cube: Cube, seed: int) -> Array:
@@ -210,7 +210,7 @@ def start_point(cube: Cube, seed: int) -> Array:
     return cube.start if seed == 0 else np.random.default_rng(seed).random(len(cube.free))
 
 
-def _row(condition: str, optimizer: str, runs: list[_Run], output: str) -> OptimizerRow:
+def _row(condition: str, optimizer: str, runs: list[_OptimizerRun], output: str) -> OptimizerRow:
     costs = np.array([r.cost for r in runs])
     return OptimizerRow(
         condition=condition,
@@ -225,7 +225,7 @@ def _row(condition: str, optimizer: str, runs: list[_Run], output: str) -> Optim
     )
 
 
-def _median_curve(runs: list[_Run]) -> tuple[list[float], list[float]]:
+def _median_curve(runs: list[_OptimizerRun]) -> tuple[list[float], list[float]]:
     """Return evaluations, spread evenly on a logarithmic scale, and the median over runs of the best cost by then."""
     last = max(r.evaluations for r in runs)
     at = np.unique(np.round(np.geomspace(1, max(last, 2), CURVE_POINTS)))

@@ -8,11 +8,11 @@ from mrfit.compare.figures import convergence, error_map
 from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.ranking import has_diverged
-from mrfit.report.sections import Drawn, Section, Table, hover_script, render
+from mrfit.report.sections import Section, SectionFigure, Table, hover_script, render
 from mrfit.report.svg import inline
 
 
-class Told(Protocol):
+class ModelNote(Protocol):
     """Row about a model."""
 
     @property
@@ -26,7 +26,7 @@ def labels(rows: Sequence[ModelRow]) -> dict[str, str]:
     return {row.fit: row.model if count[row.output, row.model] == 1 else row.fit for row in rows}
 
 
-def together(rows: Sequence[Told], what: str) -> list[tuple[str, str]]:
+def together(rows: Sequence[ModelNote], what: str) -> list[tuple[str, str]]:
     """Return (models by commas, text) once for every text, the attribute ``what``, that rows of models share."""
     texts = dict.fromkeys(str(getattr(row, what)) for row in rows)
     named = {text: dict.fromkeys(row.model for row in rows if getattr(row, what) == text) for text in texts}
@@ -48,7 +48,7 @@ def models_page(summary: ModelsFile) -> str:
             f"NRMSE of {output} in percent of the measured range: one row a model, the best on top, one column a "
             "condition, held-out ones first; the darker, the larger. Empty: the model could not be tried there."
         )
-        drawn = Drawn("", caption, inline(svg, f"m{number}", alt))
+        drawn = SectionFigure("", caption, inline(svg, f"m{number}", alt))
         sections.append(Section(f"Models of {output}", tables=[table], figures=[drawn]))
     told = together(summary.warnings, "text")
     for caption, shared in (("Logs left out", told), ("Models left out", together(summary.left_out, "reason"))):
@@ -98,7 +98,7 @@ def optimizers_page(summary: OptimizersFile) -> str:
     )
     svg = inline(convergence(summary.curves, unit), "o", "Median best cost against evaluations")
     caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."
-    costs = Section("Cost over the seeds", tables=[Table("", heads, cells)], figures=[Drawn("", caption, svg)])
+    costs = Section("Cost over the seeds", tables=[Table("", heads, cells)], figures=[SectionFigure("", caption, svg)])
     return render("Optimizers compared", words, (), [costs], "optimizers.json, optimizers.csv", script=hover_script())
 
 

@@ -87,7 +87,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     seconds = {f.name: earlier.get(f.name) if f.skipped else tried.seconds[f.model] for f in tried.fits}
     kept, dropped = _kept(workspace, before, {f.name for f in tried.fits})
     left_out = [row for row in (before.left_out if before else []) if row.model not in settings.names]
-    whole = Tried([*tried.fits, *kept], [*tried.left_out, *left_out], tried.seconds)
+    whole = ModelFits([*tried.fits, *kept], [*tried.left_out, *left_out], tried.seconds)
     seconds |= {fit.name: earlier.get(fit.name) for fit in kept}
     summary = replace(summary_of(settings, whole), seconds=seconds, kept=sorted(f.name for f in kept), dropped=dropped)
     _write(folder, summary)
@@ -119,7 +119,7 @@ def _kept(workspace: Workspace, before: ModelsFile | None, now: Collection[str])
 
 
 @dataclass(frozen=True)
-class Tried:
+class ModelFits:
     """Outcome of fitting every model.
 
     Attributes
@@ -137,7 +137,7 @@ class Tried:
     seconds: dict[str, float]
 
 
-def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tried:
+def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> ModelFits:
     """Fit every model by ``fit``, which takes the settings of one fit.
 
     Raises
@@ -145,7 +145,7 @@ def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tr
     DataError
         If no model can be fitted; the message has the first reason.
     """
-    tried = Tried([], [], {})
+    tried = ModelFits([], [], {})
     for done, model in enumerate(settings.names, 1):
         progress("compare", done - 1, len(settings.names))
         begin = time.perf_counter()
@@ -164,7 +164,7 @@ def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tr
     return tried
 
 
-def summary_of(settings: Settings, tried: Tried) -> ModelsFile:
+def summary_of(settings: Settings, tried: ModelFits) -> ModelsFile:
     """Return the content of compare.json."""
     fits = sorted(tried.fits, key=lambda fit: (*merit(fit), fit.model, fit.name))
     return checked(

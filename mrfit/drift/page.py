@@ -11,7 +11,7 @@ from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
 from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
 from mrfit.report.numbers import in_html, significant, unit_html
-from mrfit.report.sections import Drawn, Section, Table, hover_script
+from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 
@@ -50,7 +50,7 @@ def render(found: DriftFile, trends: Sequence[Trend]) -> str:
             "interval; light band: 95 % of all units, with 95 % confidence; red: units that stand out."
         )
         drawn = inline(figure(trends), "d", "Every parameter over its covariate, or by unit")
-        sections.append(Section(f"Trends over {what}", figures=[Drawn("", caption, drawn)]))
+        sections.append(Section(f"Trends over {what}", figures=[SectionFigure("", caption, drawn)]))
     words = (
         f"{found.units} unit{'s' * (found.units != 1)}, {found.tests} test{'s' * (found.tests != 1)}. Means and "
         "deviations take units as normal, without those that stand out; ranges take all, with tails that may be "

@@ -4,7 +4,7 @@ import errno
 from os import fsencode
 from pathlib import Path
 
-from mrfit.errors import DataError, Lacking, MrfitError
+from mrfit.errors import DataError, MissingResource, MrfitError
 from mrfit.io.escapes import visible
 
 LONGEST_REASON = 400
@@ -36,7 +36,7 @@ class Refusal(DataError):
         return type(self), (self.path, self.reason, self.remedy)
 
 
-class TransientRefusal(Refusal, Lacking):
+class TransientRefusal(Refusal, MissingResource):
     """A log that cannot be used here and now, and is looked at again the next time."""
 
 

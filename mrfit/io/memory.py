@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from mrfit.errors import Lacking
+from mrfit.errors import MissingResource
 
 SAMPLE_COPIES = 3
 """How many times the numbers of a table are in memory while it is used."""
@@ -46,7 +46,7 @@ def check_room(what: str, size: float) -> None:
     """
     needed, free = SAMPLE_COPIES * size, free_memory()
     if needed > free:
-        raise Lacking(
+        raise MissingResource(
             f"{what} need about {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free; write decimate = "
             f"{math.ceil(needed / max(free, 1.0))} or more in the channel map, or cut the log into shorter ones, and "
             "ingest it again"

@@ -19,7 +19,7 @@ from typing import Any, cast
 
 from mrfit.core import temporary
 from mrfit.core.recording import Finding, Recording, Segment
-from mrfit.errors import ConfigError, DataError, Lacking
+from mrfit.errors import ConfigError, DataError, MissingResource
 from mrfit.io.atomic import refuse_link, write_atomic
 from mrfit.io.escapes import encodable, visible_in_page
 from mrfit.io.faults import plain_fault
@@ -196,7 +196,7 @@ class Workspace:
                 raise PermissionError(13, "Permission denied")
             lock.acquire()
         except Timeout as error:
-            raise Lacking(f"{self.root}: in use by another mrfit command; wait for it to end") from error
+            raise MissingResource(f"{self.root}: in use by another mrfit command; wait for it to end") from error
         except OSError as error:
             text = error.strerror or error
             raise DataError(f"{self.root}: cannot write here ({text}); choose another --work folder") from error

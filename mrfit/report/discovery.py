@@ -261,7 +261,7 @@ def _of_hundred(share: float | None) -> Number:
 
 
 @dataclass(frozen=True)
-class Cell:
+class CosineCell:
     """A cosine as text, and whether the discovery took the two effects for alike."""
 
     text: str
@@ -288,7 +288,7 @@ class Confusion:
 
     names: tuple[str, ...]
     alike: str
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[CosineCell, ...], ...]
     alone: tuple[str, ...]
     unjudged: tuple[Candidate, ...]
 
@@ -300,7 +300,9 @@ def confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> Confu
     return Confusion(
         names=names,
         alike=f"{alike:g}",
-        rows=tuple(tuple(Cell(in_html(f"{c:.3f}"), abs(c) > alike) for c in matrix[k][:k]) for k in range(len(names))),
+        rows=tuple(
+            tuple(CosineCell(in_html(f"{c:.3f}"), abs(c) > alike) for c in matrix[k][:k]) for k in range(len(names))
+        ),
         alone=tuple(n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)),
         unjudged=tuple(c for c in candidates if c.reason.startswith(UNJUDGED)),
     )

@@ -165,21 +165,23 @@ def read_discovery(workspace: Workspace) -> Discovery:
     segments = {s.id: s for s in workspace.read_segments()[0]}
     if any(one.id not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
-    used = [_Used(segments[one.id], one.noise_floor or 0.0) for one in listed]
+    used = [_UsedSegment(segments[one.id], one.noise_floor or 0.0) for one in listed]
     with reading(table, f"delete {table.parent} and run `mrfit discover` again"):
         parts = _parts(workspace, columns, used, LOOPS.get(output, ()))
     return Discovery(found, sorted(parts, key=lambda p: natural(p.segment.condition)), output)
 
 
 @dataclass(frozen=True)
-class _Used:
+class _UsedSegment:
     """A segment with its noise floor as a share of the output's range."""
 
     segment: Segment
     floor: float
 
 
-def _parts(workspace: Workspace, columns: dict[str, Array], used: Sequence[_Used], wanted: Sequence[str]) -> list[Part]:
+def _parts(
+    workspace: Workspace, columns: dict[str, Array], used: Sequence[_UsedSegment], wanted: Sequence[str]
+) -> list[Part]:
     """Return the parts of segments."""
     span = float(np.ptp(columns["measured"]))
     parts = []

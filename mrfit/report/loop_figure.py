@@ -21,7 +21,7 @@ from mrfit.report.paper import (
     COLOURS,
     DASHES,
     MOST_PANELS,
-    Drawn,
+    FitSeries,
     few_ticks,
     label_axes,
     legend_above,
@@ -72,7 +72,7 @@ class _Plane:
     up: float
 
 
-def loops(drawn: Sequence[Drawn], width: float, overlay: str, channel: str = "") -> "Canvas":
+def loops(drawn: Sequence[FitSeries], width: float, overlay: str, channel: str = "") -> "Canvas":
     """Draw loops of the output over a channel.
 
     Parameters
@@ -120,7 +120,7 @@ def loops(drawn: Sequence[Drawn], width: float, overlay: str, channel: str = "")
     return canvas
 
 
-def panels_of(drawn: Sequence[Drawn], overlay: str) -> list[tuple[str, list[_Curve]]]:
+def panels_of(drawn: Sequence[FitSeries], overlay: str) -> list[tuple[str, list[_Curve]]]:
     """Return the title and the curves of every panel; names are reduced to the parts in which they differ."""
     fits = differing_parts([d.fit.name for d in drawn], ".")
     errors: dict[tuple[str, str, str], float | None] = {

@@ -17,11 +17,11 @@ from mrfit.report.numbers import MISSING, in_html, percent, significant, unit_ht
 from mrfit.report.output_unit import OutputUnit, output_unit
 from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
-from mrfit.report.ranking import Ranked, above_best, comparable, ranked
+from mrfit.report.ranking import RankedFit, above_best, comparable, ranked
 from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES
-from mrfit.report.verdict import Warned, cautions, open_directions, verdict
+from mrfit.report.verdict import GroupedWarning, cautions, open_directions, verdict
 from mrfit.settings.fit import Settings as FitSettings
 from mrfit.signal.metrics import METRICS
 
@@ -129,7 +129,7 @@ class SearchRow:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class PageFigure:
     """A figure in the page."""
 
     figure: Figure
@@ -137,7 +137,7 @@ class Drawn:
 
 
 @dataclass(frozen=True)
-class Section:
+class FitSection:
     """All that the page says of one fit."""
 
     anchor: str
@@ -146,14 +146,14 @@ class Section:
     facts: Sequence[tuple[str, str]]
     verdict: Sequence[str]
     doubts: Sequence[Doubt]
-    cautions: Sequence[Warned]
+    cautions: Sequence[GroupedWarning]
     directions: Sequence[tuple[str, str]]
     errors: Sequence[ErrorRow]
     headings: Sequence[tuple[str, str]]
     parameters: Sequence["Sets"]
     derived: Sequence["Sets"]
     searches: Sequence[SearchRow]
-    figures: Sequence[Drawn]
+    figures: Sequence[PageFigure]
 
 
 @dataclass(frozen=True)
@@ -165,10 +165,10 @@ class Sets:
 
 
 @dataclass(frozen=True)
-class Place:
+class RankingPlace:
     """A fit in the ranking: errors over all conditions, criteria above the least, parameters the data determine."""
 
-    ranked: Ranked
+    ranked: RankedFit
     anchor: str
     best: bool
     determined: str
@@ -180,11 +180,11 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Ranking:
+class RankingGroup:
     """Fits that were judged on the same data, the best first, and in words what that was."""
 
     words: str
-    places: Sequence[Place]
+    places: Sequence[RankingPlace]
 
 
 def number(value: float | None, text: str | None = None) -> Cell:
@@ -198,9 +198,9 @@ def share(value: float | None) -> Cell:
     return Cell(None, MISSING) if value is None else Cell(repr(value), percent(value))
 
 
-def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> Section:
+def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> FitSection:
     anchor, scale = f"fit{position}", output_unit(fit)
-    return Section(
+    return FitSection(
         anchor=anchor,
         fit=fit,
         unit=scale.unit,
@@ -214,7 +214,7 @@ def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> 
         parameters=_sets([(r.condition, r.parameters) for r in fit.results]),
         derived=_sets([(r.condition, r.derived) for r in fit.results if r.derived]),
         searches=[_search(r, scale) for r in fit.results],
-        figures=[Drawn(f, inline(f.svg, f"{anchor}f{k}", f.alt)) for k, f in enumerate(figures, start=1)],
+        figures=[PageFigure(f, inline(f.svg, f"{anchor}f{k}", f.alt)) for k, f in enumerate(figures, start=1)],
     )
 
 
@@ -265,13 +265,13 @@ def changes(settings: Mapping[str, Any], fields: Sequence[SettingField] = define
     return "; ".join([*items, *single])
 
 
-def rankings(fits: Sequence[Fit], anchors: Mapping[str, str]) -> list[Ranking]:
+def rankings(fits: Sequence[Fit], anchors: Mapping[str, str]) -> list[RankingGroup]:
     """Return a ranking for each group of fits whose errors can be compared; the best of several is marked."""
     order = ranked(fits)
     groups = comparable(order)
     several = len({fit.output for fit in fits}) > 1
     return [
-        Ranking(
+        RankingGroup(
             (f"{group[0].fit.output.capitalize()}: " if several else "") + _judged(group[0], len(groups) > 1),
             [
                 _place(order, row, anchors.get(row.fit.name, ""), best=number == 0 < len(group) - 1)
@@ -291,13 +291,13 @@ JUDGED = {
 """The kind of data that fits were judged on, in words."""
 
 
-def _judged(row: Ranked, several: bool) -> str:
+def _judged(row: RankedFit, several: bool) -> str:
     return JUDGED[row.held_out] + (f" ({row.judged_samples} samples)" if several else "")
 
 
-def _place(order: Sequence[Ranked], row: Ranked, anchor: str, *, best: bool) -> Place:
+def _place(order: Sequence[RankedFit], row: RankedFit, anchor: str, *, best: bool) -> RankingPlace:
     aic, bic = (above_best(order, row, name) for name in ("aic", "bic"))
-    return Place(
+    return RankingPlace(
         ranked=row,
         anchor=anchor,
         best=best and not row.diverged,

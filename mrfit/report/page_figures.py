@@ -10,7 +10,7 @@ from mrfit.report import paper
 from mrfit.report.corner_figure import corner, has_draws
 from mrfit.report.curves import worst_of_each
 from mrfit.report.figures import WIDTH, Drawing, Figure, error_figure, has_errors
-from mrfit.report.paper import Drawn
+from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import has_profiles, profiles
 from mrfit.report.source import Series
@@ -42,10 +42,10 @@ def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment
     made = _over_quantity(fit, segments)
     finite = [s for s in worst_of_each(series) if s.error < float("inf") and s.error > 0.0]
     if finite:
-        made.append(partial(_predicted, Drawn(fit, finite)))
+        made.append(partial(_predicted, FitSeries(fit, finite)))
         order = sorted(finite, key=lambda s: s.error)
         chosen = {id(order[-1]), id(order[len(order) // 2])}
-        made.append(partial(_correlation, Drawn(fit, [s for s in finite if id(s) in chosen][:FEW])))
+        made.append(partial(_correlation, FitSeries(fit, [s for s in finite if id(s) in chosen][:FEW])))
     if any(len([c for c in r.starts or [] if c]) > 1 for r in fit.results):
         made.append(partial(_starts, fit))
     if has_profiles(fit):
@@ -72,14 +72,14 @@ def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
     return _figure(fit, canvas, ("parameters", f"Parameters over {over}", caption))
 
 
-def _predicted(drawn: Drawn) -> Figure:
+def _predicted(drawn: FitSeries) -> Figure:
     caption = "Simulated over measured output at samples of every condition; on the line both are equal."
     canvas = paper.predicted([drawn], WIDTH * 0.6, POINTS)
     figure = _figure(drawn.fit, canvas, ("predicted", "Simulated over measured", caption))
     return Figure(**{**vars(figure), "narrow": True})
 
 
-def _correlation(drawn: Drawn) -> Figure:
+def _correlation(drawn: FitSeries) -> Figure:
     caption = (
         "Correlation of the residual, measured minus simulated, with itself and with each input, the residual later by "
         "the lag, in the condition of the largest error and in that about the median. The band holds 95 % of what "

@@ -49,7 +49,7 @@ LAGS = 400
 
 
 @dataclass(frozen=True)
-class Drawn:
+class FitSeries:
     """A fit with the series that are drawn of it, one for each condition."""
 
     fit: Fit
@@ -70,7 +70,7 @@ def panels(
     return canvas, axes[:count]
 
 
-def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> "Canvas":
+def predicted(drawn: Sequence[FitSeries], width: float, points: int = SCATTERED) -> "Canvas":
     """Return simulated over measured output at some samples, a panel a fit, with the line on which both are equal."""
     canvas, axes = panels(width, len(drawn), ratio=0.9)
     names = differing_parts([d.fit.name for d in drawn], ".")
@@ -107,7 +107,7 @@ def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> 
     return canvas
 
 
-def correlation(drawn: Drawn, width: float) -> "Canvas":
+def correlation(drawn: FitSeries, width: float) -> "Canvas":
     """Return auto-correlation of the residual and its cross-correlation with every input, of each series drawn.
 
     The band is what a white residual of as many samples has in 95 of 100 cases.

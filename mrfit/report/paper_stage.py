@@ -15,7 +15,7 @@ from mrfit.io.workspace import Workspace
 from mrfit.report import paper
 from mrfit.report.curves import worst_of_each
 from mrfit.report.loop_figure import loops, panels_of
-from mrfit.report.paper import Drawn
+from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
 from mrfit.report.source import Series, read_source
@@ -47,7 +47,7 @@ def width_of(text: str) -> float:
 
 
 @dataclass(frozen=True)
-class Written:
+class WrittenFigure:
     """A figure: its files and fits, how many conditions, which of them it leaves out, why fits are out of date."""
 
     kind: str
@@ -58,7 +58,7 @@ class Written:
     outdated: dict[str, str] = field(default_factory=dict)
 
 
-def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = None) -> Written:
+def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = None) -> WrittenFigure:
     """Draw one figure of the fits of a workspace and write it in every format asked for.
 
     Parameters
@@ -86,10 +86,10 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
         raise ConfigError(f"--format takes {', '.join(FORMATS)}, not '{', '.join(wrong)}'")
     width = width_of(settings.width)
     source = read_source(workspace, settings.fits)
-    drawn = [Drawn(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]
+    drawn = [FitSeries(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]
     everything = list(dict.fromkeys(s.condition for d in drawn for s in d.series))
     if not settings.conditions:
-        drawn = [Drawn(d.fit, with_room(d, kind, settings.overlay, len(drawn))) for d in drawn]
+        drawn = [FitSeries(d.fit, with_room(d, kind, settings.overlay, len(drawn))) for d in drawn]
     if kind in ("loops", "predicted", "correlation"):
         drawn = [d for d in drawn if d.series]
         _check_one_output(drawn, settings)
@@ -106,14 +106,14 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     left_out = [c for c in everything if c not in shown] if kind in ("loops", "correlation") else []
     outdated = {d.fit.name: why for d in drawn if (why := source.outdated.get(d.fit.name))}
     fits = [d.fit.name for d in drawn]
-    return Written(kind, [str(f) for f in files], fits, len(shown), left_out, outdated)
+    return WrittenFigure(kind, [str(f) for f in files], fits, len(shown), left_out, outdated)
 
 
 def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:
     return [s for s in series if not patterns or any(fnmatch.fnmatchcase(s.condition, p) for p in patterns)]
 
 
-def with_room(drawn: Drawn, kind: str, overlay: str, fits: int) -> Sequence[Series]:
+def with_room(drawn: FitSeries, kind: str, overlay: str, fits: int) -> Sequence[Series]:
     """Return the series drawn where no conditions were named: all that have room, else some of every error."""
     if kind not in ("loops", "correlation"):
         return drawn.series
@@ -127,7 +127,7 @@ def with_room(drawn: Drawn, kind: str, overlay: str, fits: int) -> Sequence[Seri
     return [s for s in drawn.series if id(s) in kept]
 
 
-def _check_one_output(drawn: Sequence[Drawn], settings: Settings) -> None:
+def _check_one_output(drawn: Sequence[FitSeries], settings: Settings) -> None:
     if not drawn:
         raise DataError(f"no condition is like {', '.join(settings.conditions)}; `mrfit report` lists them")
     outputs = sorted({d.fit.output for d in drawn})
@@ -136,7 +136,7 @@ def _check_one_output(drawn: Sequence[Drawn], settings: Settings) -> None:
 
 
 def _canvas(
-    kind: str, drawn: Sequence[Drawn], settings: Settings, width: float, segments: Sequence[Segment]
+    kind: str, drawn: Sequence[FitSeries], settings: Settings, width: float, segments: Sequence[Segment]
 ) -> "Canvas":
     fits = [d.fit for d in drawn]
     if kind == "loops":

@@ -26,7 +26,7 @@ FEW = 6
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _NamedProfile:
     """A profile, its parameter, and what it is called beside others."""
 
     profile: Profile
@@ -54,13 +54,13 @@ def profiles(fits: Sequence[Fit], width: float) -> "Canvas":
     DataError
         If no profile was computed.
     """
-    found: dict[str, list[_Drawn]] = {}
+    found: dict[str, list[_NamedProfile]] = {}
     for fit in fits:
         for result in [r for r in fit.results if r.profiles][:FEW]:
             label = ", ".join([fit.name] * (len(fits) > 1) + [result.condition] * (len(fit.results) > 1))
             rows = {q.name: q for q in result.parameters}
             for profile in result.profiles:
-                found.setdefault(profile.name, []).append(_Drawn(profile, rows[profile.name], label))
+                found.setdefault(profile.name, []).append(_NamedProfile(profile, rows[profile.name], label))
     if not found:
         names = ", ".join(f.name for f in fits)
         raise DataError(f"{names}: no profile likelihood was computed; fit with --intervals profile")
@@ -83,7 +83,7 @@ def profiles(fits: Sequence[Fit], width: float) -> "Canvas":
     return canvas
 
 
-def _profile(axes: "Axes", one: _Drawn, number: int) -> None:
+def _profile(axes: "Axes", one: _NamedProfile, number: int) -> None:
     """Draw the square of the signed root of the rise: that root is nearly a straight line, whatever the rise."""
     values, rises = np.array(one.profile.values), np.array(one.profile.rises)
     colour, dash = COLOURS[number % len(COLOURS)], DASHES[number % len(DASHES)]

@@ -10,7 +10,7 @@ from mrfit.report.determined import Count, count_of
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankedFit:
     """A fit beside others.
 
     Attributes
@@ -59,10 +59,10 @@ class Ranked:
         return has_diverged(self.judged)
 
 
-def ranked(fits: Sequence[Fit]) -> list[Ranked]:
+def ranked(fits: Sequence[Fit]) -> list[RankedFit]:
     """Return fits by output, then by error on held-out data; those without such data last, by their training error."""
     ordered = sorted(fits, key=merit)
-    rows: list[Ranked] = []
+    rows: list[RankedFit] = []
     for fit in ordered:
         place = 1 + sum(r.fit.output == fit.output for r in rows)
         rows.append(_row(fit, place))
@@ -96,7 +96,7 @@ def merit(fit: Fit) -> tuple[str, int, int, float]:
     return fit.output, HELD_OUT.index(held_out(fit)), -samples, math.inf if nrmse is None else nrmse
 
 
-def comparable(rows: Sequence[Ranked]) -> list[list[Ranked]]:
+def comparable(rows: Sequence[RankedFit]) -> list[list[RankedFit]]:
     """Return ranked fits in groups that were judged on the same data: their errors alone can be compared."""
     alike = groupby(rows, key=lambda r: (r.fit.output, r.held_out, r.judged_samples))
     return [list(group) for _, group in alike]
@@ -112,12 +112,12 @@ def best(fits: Sequence[Fit], count: int) -> list[str]:
     return chosen
 
 
-def _row(fit: Fit, place: int) -> Ranked:
+def _row(fit: Fit, place: int) -> RankedFit:
     train, holdout = fit.pooled("train"), fit.pooled("holdout")
     judged = holdout or train
     count = count_of(fit)
     aic, bic = criteria(train.mse, train.samples, count.free) if train else (None, None)
-    return Ranked(
+    return RankedFit(
         fit=fit,
         place=place,
         sets=len(fit.results),
@@ -154,7 +154,7 @@ def criteria(mse: float | None, samples: int, parameters: int) -> tuple[float | 
     return deviance + 2.0 * k, deviance + k * math.log(samples)
 
 
-def above_best(rows: Sequence[Ranked], row: Ranked, name: str) -> float | None:
+def above_best(rows: Sequence[RankedFit], row: RankedFit, name: str) -> float | None:
     """Return by how much a criterion exceeds the least one of fits of the same output on as many training samples."""
     alike = [r for r in rows if r.fit.output == row.fit.output and r.samples == row.samples]
     values = [v for v in (getattr(r, name) for r in alike) if v is not None]

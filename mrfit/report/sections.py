@@ -41,7 +41,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class SectionFigure:
     """A figure as part of the page."""
 
     title: str
@@ -56,7 +56,7 @@ class Section:
     title: str
     words: Sequence[str] = ()
     tables: Sequence[Table] = ()
-    figures: Sequence[Drawn] = field(default_factory=tuple)
+    figures: Sequence[SectionFigure] = field(default_factory=tuple)
     folded: bool = False
 
 

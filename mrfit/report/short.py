@@ -13,14 +13,14 @@ from mrfit.report.curves import worst_of_each
 from mrfit.report.determined import sentences
 from mrfit.report.figures import error_figure, has_errors
 from mrfit.report.loop_figure import loops
-from mrfit.report.page import Place, QuantityRow, quantity_row, rankings, template_of
-from mrfit.report.paper import Drawn
+from mrfit.report.page import QuantityRow, RankingPlace, quantity_row, rankings, template_of
+from mrfit.report.paper import FitSeries
 from mrfit.report.paper_stage import with_room
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.ranking import best
 from mrfit.report.source import Source
 from mrfit.report.svg import inline, style, to_svg
-from mrfit.report.verdict import Warned, cautions, verdict
+from mrfit.report.verdict import GroupedWarning, cautions, verdict
 from mrfit.simulate.current_dependence import base_name
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def render(source: Source) -> str:
     own = next(r for r in rankings(rivals, {}) if name in [p.ranked.fit.name for p in r.places])
     reasons = cautions(fit)
     rows = _rows(fit)
-    places: Sequence[Place] = own.places if len(rivals) > 1 else ()
+    places: Sequence[RankingPlace] = own.places if len(rivals) > 1 else ()
     with style():
         import matplotlib
 
@@ -84,7 +84,7 @@ def _rows(fit: Fit) -> list[tuple[str, QuantityRow]]:
     return [(condition, quantity_row(q)) for condition, q in own]
 
 
-def _shortened(caution: Warned) -> Warned:
+def _shortened(caution: GroupedWarning) -> GroupedWarning:
     text = caution.text
     return caution if len(text) <= LONGEST else replace(caution, text=text[: LONGEST - 1].rstrip() + "…")
 
@@ -94,7 +94,7 @@ def _figures(fit: Fit, source: Source) -> tuple[list[_Drawing], list[_Drawing]]:
     first, second = list[_Drawing](), list[_Drawing]()
     series = worst_of_each(source.series[fit.name])
     if series:
-        drawn = Drawn(fit, with_room(Drawn(fit, series), "loops", "conditions", 1))
+        drawn = FitSeries(fit, with_room(FitSeries(fit, series), "loops", "conditions", 1))
         left = len(series) - len(drawn.series)
         caption = "Measured (dots) and simulated (lines)" + (
             f"; {left} more conditions are not drawn." if left else "."

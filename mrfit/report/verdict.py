@@ -77,7 +77,7 @@ def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
 
 
 @dataclass(frozen=True)
-class Warned:
+class GroupedWarning:
     """A kind of warning.
 
     Attributes
@@ -101,10 +101,10 @@ class Warned:
     others: Sequence[tuple[str, str]]
 
 
-def cautions(fit: Fit) -> list[Warned]:
+def cautions(fit: Fit) -> list[GroupedWarning]:
     """Return the warnings on the whole fit, then those on its conditions by kind, the most frequent first."""
     found: dict[str, dict[str, list[str]]] = {}
-    whole = [Warned(c.kind, 0, c.text, "", ()) for c in fit.warnings]
+    whole = [GroupedWarning(c.kind, 0, c.text, "", ()) for c in fit.warnings]
     for result in fit.results:
         for caution in result.warnings:
             found.setdefault(caution.kind, {}).setdefault(caution.text, []).append(result.condition)
@@ -114,7 +114,7 @@ def cautions(fit: Fit) -> list[Warned]:
         (text, _), *others = sorted(wordings.items(), key=lambda item: -len(item[1]))
         conditions = sorted({c for where in wordings.values() for c in where}, key=natural)
         more = [(t, _where(where, total)) for t, where in others]
-        rows.append(Warned(kind, len(conditions), text, _where(conditions, total), more))
+        rows.append(GroupedWarning(kind, len(conditions), text, _where(conditions, total), more))
     return whole + sorted(rows, key=lambda row: -row.count)
 
 

@@ -114,7 +114,7 @@ class _First:
 
 
 @dataclass(frozen=True)
-class Asked(Settings, _First):
+class CompareOptions(Settings, _First):
     """Options of the command: the settings of either comparison."""
 
     models: Models = ()

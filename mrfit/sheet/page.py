@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
-from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 from mrfit.sheet import figures
@@ -111,7 +111,7 @@ def unit_sections(sheet: SheetContent, unit: UnitRow, anchor: str, several: bool
     return found
 
 
-def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> Drawn:
+def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> SectionFigure:
     """Return panels, two beside each other, as a figure of a page."""
     import_matplotlib()
     from matplotlib.figure import Figure
@@ -123,7 +123,7 @@ def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axe
             draw(one)
         for one in axes[len(panels) :]:
             one.set_visible(False)
-        return Drawn(title, caption, inline(to_svg(canvas, title), prefix, f"{title} {caption}"))
+        return SectionFigure(title, caption, inline(to_svg(canvas, title), prefix, f"{title} {caption}"))
 
 
 def _fleet(file: SheetFile) -> list[Section]:

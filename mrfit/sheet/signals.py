@@ -21,7 +21,7 @@ from mrfit.report.curves import decimate, prefixed, simplified
 from mrfit.report.figures import LOOPS, PALETTE, QUIET, axis_label
 from mrfit.report.key import TEMPLATE
 from mrfit.report.picture import Picture
-from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import style
 from mrfit.segment import stage as segment_stage
@@ -156,7 +156,7 @@ def _sections(one: Signals, prefix: str, logs: int) -> Iterator[Section]:
     facts = f"{recording.source}: {recording.samples} samples of {recording.dt:.6g} s, {one.seconds:.6g} s"
     words = "Shaded: where the log is cut. Lines: warnings. Drag, or click a row below, to zoom; double click for all."
     thin = f" Of every stretch its least and greatest sample, {points} in all." if points < recording.samples else ""
-    figures = [Drawn("Series.", words + thin, _series(one, points))]
+    figures = [SectionFigure("Series.", words + thin, _series(one, points))]
     panels = _loops(one)
     if panels:
         draws = [partial(_draw_loop, one=one, up=up, over=over) for up, over in panels]

@@ -13,7 +13,7 @@ import pytest
 import mrfit
 from mrfit.batch import page, stage
 from mrfit.batch.journal import NAME, read_journal
-from mrfit.batch.log import Asked, Done, Job
+from mrfit.batch.log import Job, LogResult, StageSettings
 from mrfit.batch.parcel import put
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
@@ -293,16 +293,16 @@ def test_a_worker_s_file_lands_in_its_workspace_or_nowhere(name: str, tmp_path: 
 
 @pytest.mark.parametrize(("log", "key"), [("logs/other.csv", "k"), ("logs/a.csv", "another")])
 def test_an_answer_for_another_log_is_refused(log: str, key: str, tmp_path: Path) -> None:
-    asked = Asked(ingest.Settings(), flux.Settings(), FITTING, False, False)
+    asked = StageSettings(ingest.Settings(), flux.Settings(), FITTING, False, False)
     job = Job("logs/a.csv", "k", (Path("logs/a.csv"),), None, tmp_path / "w", asked)
-    row = stage._received(job, Done(LogRow(log=log, key=key), (("ingest.json", b"1"),)), apart=True)
+    row = stage._received(job, LogResult(LogRow(log=log, key=key), (("ingest.json", b"1"),)), apart=True)
     assert (row.log, row.key) == ("logs/a.csv", "") and "a worker has answered for" in row.error
     assert not (tmp_path / "w").exists()
     mine = LogRow(log="logs/a.csv", key="k")
-    assert stage._received(job, Done(mine, (("ingest.json", b"1"),)), apart=True) == mine
+    assert stage._received(job, LogResult(mine, (("ingest.json", b"1"),)), apart=True) == mine
     assert (tmp_path / "w" / "ingest.json").read_bytes() == b"1"
     # what has failed for want of something there bears no key
-    assert stage._received(job, Done(LogRow(log="logs/a.csv", error="full")), apart=True).error == "full"
+    assert stage._received(job, LogResult(LogRow(log="logs/a.csv", error="full")), apart=True).error == "full"
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -113,7 +113,7 @@ def test_a_model_judged_on_fewer_samples_comes_after_those_judged_on_all() -> No
             ("coil", "flux", "train", 900, 0.09),
         )
     ]
-    tried = mrfit.compare.stage.Tried(fits, [], {})
+    tried = mrfit.compare.stage.ModelFits(fits, [], {})
     ranked = [row.model for row in mrfit.compare.stage.summary_of(Settings(), tried).models]
     assert ranked == ["coil", "best", "worse", "few", "untried"]
 

@@ -27,6 +27,8 @@ from tests.docs.test_pages import fault_of
 
 Lab = Callable[[str], Path]
 LINES = command_lines()
+LIMIT = 1800.0
+"""Seconds after which a command hangs: it is no measure of speed, as other work slows all of them."""
 
 
 def of_kind(kind: str) -> "pytest.MarkDecorator":
@@ -56,10 +58,10 @@ def lab(made: Lab, tmp_path: Path) -> Lab:
     return copied
 
 
-def ended_well(line: CommandLine, folder: Path, timeout: float) -> None:
+def ended_well(line: CommandLine, folder: Path) -> None:
     words = [found for word in shlex.split(line.text) for found in expanded(word, folder)]
     # what a command forgets to import is missed here
-    done = commands.text(folder, *words, timeout=timeout, fresh=True)
+    done = commands.text(folder, *words, timeout=LIMIT, fresh=True)
     assert done.returncode == 0, f"mrfit {line.text}, shown in {', '.join(line.places)}:\n{done.stderr}"
     # a line that stands on a page of its own words is no command
     for told in map(filled, printed_lines(done.stdout + done.stderr)):
@@ -79,13 +81,13 @@ def printed_lines(text: str) -> Iterator[str]:
 
 @of_kind("quick")
 def test_a_command_line_works(line: CommandLine, lab: Lab) -> None:
-    ended_well(line, lab(line.lab), 60.0)
+    ended_well(line, lab(line.lab))
 
 
 @pytest.mark.slow
 @of_kind("slow")
 def test_a_command_line_that_takes_long_works(line: CommandLine, lab: Lab) -> None:
-    ended_well(line, lab(line.lab), 1800.0)
+    ended_well(line, lab(line.lab))
 
 
 @of_kind("mention")

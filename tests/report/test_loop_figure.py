@@ -16,7 +16,7 @@ from mrfit.errors import DataError
 from mrfit.report import paper, paper_stage
 from mrfit.report.condition_names import differing_parts, spaced
 from mrfit.report.loop_figure import evenly_along, loops, panels_of
-from mrfit.report.paper import Drawn
+from mrfit.report.paper import FitSeries
 from mrfit.report.source import read_source
 from mrfit.report.svg import style
 from mrfit.settings.figure import KINDS, Settings
@@ -26,10 +26,10 @@ GOLDEN = Path(__file__).parent / "golden"
 
 
 @pytest.fixture(scope="module")
-def fits(damper) -> list[Drawn]:
+def fits(damper) -> list[FitSeries]:
     source = read_source(damper[0], ())
-    first = Drawn(source.fits[0], source.series[source.fits[0].name])
-    return [first, Drawn(replace(first.fit, name="tanh.lsq.all"), first.series)]
+    first = FitSeries(source.fits[0], source.series[source.fits[0].name])
+    return [first, FitSeries(replace(first.fit, name="tanh.lsq.all"), first.series)]
 
 
 def legend(canvas: Figure) -> list[str]:
@@ -88,7 +88,7 @@ def test_conditions_on_shared_axes_are_labelled_by_what_differs(fits):
 
 def test_conditions_of_several_motions_have_a_panel_for_each(coil):
     source = read_source(coil[0], ())
-    drawn = Drawn(source.fits[0], source.series[source.fits[0].name])
+    drawn = FitSeries(source.fits[0], source.series[source.fits[0].name])
     panels = panels_of([drawn], "conditions")
     assert [title.replace("\u00a0", " ") for title, _ in panels] == ["1 Hz", "5 Hz", "10 Hz"]
     assert all(

@@ -9,7 +9,7 @@ import pytest
 
 import mrfit.fit.stage
 import mrfit.report.stage
-from mrfit.api.kept_prediction import Kept, save, trained_on
+from mrfit.api.kept_prediction import PredictionRecord, save, trained_on
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import SegmentPrediction, predict
 from mrfit.fit.select import read_dataset
@@ -87,7 +87,7 @@ def test_what_holds_all_samples_says_how_much_that_is_before_it_reads_them(
 
 
 def kept(found: SegmentPrediction, fitted: tuple[Workspace, Fit], name: str, log: str = "a.csv") -> list[str]:
-    return save(fitted[0], name, Kept(fitted[1], [log], ["odd"]), found, assembly_of(fitted[1]))
+    return save(fitted[0], name, PredictionRecord(fitted[1], [log], ["odd"]), found, assembly_of(fitted[1]))
 
 
 @pytest.mark.parametrize("name", ["one", "two.csv"])

@@ -36,7 +36,7 @@ from mrfit.settings import compare, discover, fit, flux, ingest, report, segment
 from mrfit.settings.forms import LIMITS, NAMES, NUMBERS, SIZE, Limits, Names, Pairs
 
 PACKAGE = Path(mrfit.__path__[0])
-ALL = [compare.Asked, *(stage.Settings for stage in (discover, fit, flux, ingest, report, segment))]
+ALL = [compare.CompareOptions, *(stage.Settings for stage in (discover, fit, flux, ingest, report, segment))]
 DEPTH = Annotated[float, Setting("How deep it looks.", flag="deep", short="-d", low=0.5, high=8.0)]
 # Settings of a fit with one field more, which nothing else in the package knows of
 Extended: Any = make_dataclass("Extended", [("depth", DEPTH, field(default=2.0))], bases=(fit.Settings,), frozen=True)
@@ -217,15 +217,15 @@ def test_every_setting_says_what_it_is(kind: Any) -> None:
 
 
 def test_a_comparison_has_the_options_of_a_fit_but_for_its_name_and_intervals() -> None:
-    fit_own, asked = ({f.name for f in fields(kind)} for kind in (fit.Settings, compare.Asked))
+    fit_own, asked = ({f.name for f in fields(kind)} for kind in (fit.Settings, compare.CompareOptions))
     assert fit_own - asked == {"name", "intervals", "forms"}
     same = {f.name: f.setting for f in defined(fit.Settings)}
-    for one in defined(compare.Asked):
+    for one in defined(compare.CompareOptions):
         assert one.name in ("models", "optimizers", "model", "seeds", "optimizer") or one.setting is same[one.name]
-    wanted = compare.Asked(optimizers=("lsq",), model="tanh", seed=3, seeds=2, budget=9, fixed=(("c", 1.0),))
+    wanted = compare.CompareOptions(optimizers=("lsq",), model="tanh", seed=3, seeds=2, budget=9, fixed=(("c", 1.0),))
     inner = fit.Settings("tanh", per="all", budget=9, fixed=(("c", 1.0),))
     assert wanted.of_optimizers == compare.OfOptimizers(("lsq",), inner, 2)
-    assert compare.Asked(models=("tanh",), seed=3).of_models == compare.Settings(("tanh",), seed=3)
+    assert compare.CompareOptions(models=("tanh",), seed=3).of_models == compare.Settings(("tanh",), seed=3)
 
 
 def test_no_command_says_again_what_settings_define() -> None:
