@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.recordings import PathText, Recording, several
 from mrfit.core.arguments import check_arguments
+from mrfit.core.counting import number_of
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.sheet import SheetFile
 from mrfit.settings.sheet import Settings
@@ -74,7 +75,7 @@ class Sheet:
     def __repr__(self) -> str:
         conditions = sum(len(unit.conditions) for unit in self.content.units)
         said = f"; {', '.join(f'{u} {v}' for u, v in self.verdicts.items() if v)}" if self.content.limits else ""
-        return f"<Sheet: {len(self.content.units)} units, {conditions} conditions{said}>"
+        return f"<Sheet: {number_of('unit', len(self.content.units))}, {number_of('condition', conditions)}{said}>"
 
 
 @check_arguments

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrfit.batch.figures import over_current, overview
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
+from mrfit.core.counting import number_of
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.numbers import in_html, natural, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
@@ -47,8 +48,10 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         )
         found.append(Section("Parameters", figures=[SectionFigure("", caption, svg)]))
     words = (
-        f"{len(rows)} logs, {len(rows) - len(failed)} fitted, {len(failed)} failed; {len(fleet.outliers)} outliers, "
-        f"{len(fleet.drifts)} drifts. Logs are compared within one condition: outliers where at least {FEWEST} logs "
+        f"{number_of('log', len(rows))}, {len(rows) - len(failed)} fitted, {len(failed)} failed; "
+        f"{number_of('outlier', len(fleet.outliers))}, "
+        f"{number_of('drift', len(fleet.drifts))}. Logs are compared within one "
+        f"condition: outliers where at least {FEWEST} logs "
         f"have it, drift where at least {FEWEST_FOR_DRIFT}. Deviations are in robust standard deviations (1.4826 times "
         "the median absolute deviation). A batch of sound logs whose values scatter normally lists a value, or a "
         "drift, once in twenty times. A value that its own interval explains is no outlier. "

@@ -14,6 +14,7 @@ from mrfit.batch.log import ALONE, NO_SHEET, Job, LogResult, StageSettings, do, 
 from mrfit.batch.parcel import packed, put
 from mrfit.batch.plan import plan
 from mrfit.core import plugins
+from mrfit.core.counting import number_of
 from mrfit.core.executors.order import executor, is_apart
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError, MrfitError, is_of_machine
@@ -165,7 +166,7 @@ def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _L
     """Write the table and the page of all logs, where they are not those of the last call."""
     bad = [row for row in rows if row.error]
     if len(bad) == len(rows):
-        raise DataError(f"none of {len(rows)} logs can be fitted; {bad[0].error}")
+        raise DataError(f"none of {number_of('log', len(rows))} can be fitted; {bad[0].error}")
     where, target = settings.table or work / "batch.parquet", work / "batch.html"
     key = digest_of(plain(rows), code_version(), version("matplotlib"))
     existing = reusable(work / "batch.json", BatchFile)

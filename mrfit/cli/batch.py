@@ -10,6 +10,7 @@ import mrfit.settings.fit
 import mrfit.settings.ingest
 from mrfit.cli import console
 from mrfit.cli.options import CommandAnswer, Default, Only, Plugins, options
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 
 if TYPE_CHECKING:
@@ -47,10 +48,10 @@ def show(summary: "BatchFile") -> None:
     """Print the result of a batch."""
     failed = len(summary.failed)
     console.say(
-        f"{summary.logs} logs: {summary.logs - failed} fitted, {failed} failed "
+        f"{number_of('log', summary.logs)}: {summary.logs - failed} fitted, {failed} failed "
         f"({summary.done} processed now, {summary.unchanged} unchanged, "
         f"{summary.logs - summary.done - summary.unchanged} refused unread); "
-        f"{summary.outliers} outliers, {summary.drifts} drifts"
+        f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}"
     )
     for row in summary.failed[:LISTED]:
         console.say(f"failed: {row.error if row.log in row.error else f'{row.log}: {row.error}'}")

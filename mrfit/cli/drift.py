@@ -8,6 +8,7 @@ import typer
 import mrfit.settings.drift
 from mrfit.cli import console
 from mrfit.cli.options import CommandAnswer, Default, Plugins, options
+from mrfit.core.counting import number_of
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.drift import DriftFile
@@ -64,9 +65,8 @@ def _show(made: "DriftFile") -> None:
         console.say(f"  {note}")
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})
-    plural = ["s" * (count != 1) for count in (made.units, made.tests, drifts, odd)]
     console.conclude(
-        f"Drift: {made.units} unit{plural[0]}, {made.tests} test{plural[1]}; {drifts} drift{plural[2]}, "
-        f"{odd} unit{plural[3]} "
+        f"Drift: {number_of('unit', made.units)}, {number_of('test', made.tests)}; "
+        f"{number_of('drift', drifts)}, {number_of('unit', odd)} "
         f"that stand{'s' * (odd == 1)} out; {', '.join(made.files)}"
     )

@@ -10,6 +10,7 @@ from mrfit.cli import export, plot
 from mrfit.cli import summary as in_one_line
 from mrfit.cli.console import VERBOSITY, conclude, numbers, print_table, say
 from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.counting import number_of
 from mrfit.errors import ConfigError, near, unknown_name
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def fit(summary: Summary, work: Path) -> None:
             say(f"  {sentence}")
         for stage in result.get("stages", []):
             error = f", RMS error {stage['cost']:.4g}" if "cost" in stage else ""
-            say(f"  stage {stage['stage']}: {len(stage['segments'])} segments{error}")
+            say(f"  stage {stage['stage']}: {number_of('segment', len(stage['segments']))}{error}")
     for choice in ("current_choice", "form_choice"):
         for sentence in (summary.get(choice) or {}).get("text", []):
             say(f"  {sentence}")

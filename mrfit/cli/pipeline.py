@@ -476,7 +476,7 @@ def _expand(patterns: Sequence[str], folder: Path, table: str = "[ingest]") -> l
         found = sorted(glob.glob(pattern, root_dir=folder, recursive=True))
         if not found:
             raise ConfigError(
-                f"{table} logs: '{pattern}' matches nothing under {folder}; paths start at the file's folder"
+                f"{table}: '{pattern}' in logs matches nothing under {folder}; paths start at the file's folder"
             )
         logs += [folder / f for f in found]
     return logs

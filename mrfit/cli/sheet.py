@@ -9,6 +9,7 @@ import mrfit.settings.sheet
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
 from mrfit.cli.options import CommandAnswer, Only, options
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
 
@@ -56,7 +57,7 @@ def show(found: "SheetFile") -> None:
         if several or len(unit.conditions) > CONDITIONS_IN_FULL:
             _print(main_table(unit.conditions[:ROWS_LISTED], f"Unit {unit.unit}" if several else "Conditions"))
             if len(unit.conditions) > ROWS_LISTED:
-                console.say(f"  and {len(unit.conditions) - ROWS_LISTED} more conditions, in the files")
+                console.say(f"  and {number_of('more condition', len(unit.conditions) - ROWS_LISTED)}, in the files")
         else:
             for row in unit.conditions:
                 _print(condition_table(row, unknown=False))

@@ -4,19 +4,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from mrfit.core.counting import number_of
+
 Summary = dict[str, Any]
-
-
-def count(number: int, what: str, several: str = "") -> str:
-    """Return a number of things in words."""
-    return f"{number} {what if number == 1 else several or what + 's'}"
 
 
 def ingest(summary: Summary, work: Path) -> str:
     """Return the numbers of recordings and of logs that were read."""
     rows, refused = summary["recordings"], len(summary["refused"])
-    read = f"{count(len(rows), 'recording')} of {count(len({r['source'] for r in rows}), 'log')} in {work}"
-    return f"{read}, {count(refused, 'file')} refused" if refused else read
+    read = f"{number_of('recording', len(rows))} of {number_of('log', len({r['source'] for r in rows}))} in {work}"
+    return f"{read}, {number_of('file', refused)} refused" if refused else read
 
 
 def flux(summary: Summary, work: Path) -> str:
@@ -30,8 +27,8 @@ def segment(summary: Summary, work: Path) -> str:
     """Return the numbers of segments, of conditions, and of those held out."""
     rows = summary["segments"]
     held = len({s["condition"] for s in rows if s["role"] == "holdout"})
-    conditions = count(len({s["condition"] for s in rows}), "condition")
-    return f"{count(len(rows), 'segment')} of {conditions} in {work}, {held} held out"
+    conditions = number_of("condition", len({s["condition"] for s in rows}))
+    return f"{number_of('segment', len(rows))} of {conditions} in {work}, {held} held out"
 
 
 def fit(summary: Summary, work: Path) -> str:
@@ -41,20 +38,20 @@ def fit(summary: Summary, work: Path) -> str:
     if len(results) == 1:
         free = [p for p in results[0]["parameters"] if not p["fixed"]]
         parts.append(
-            f"{sum(p['determined'] == 'well' for p in free)} of {count(len(free), 'parameter')} well determined"
+            f"{sum(p['determined'] == 'well' for p in free)} of {number_of('parameter', len(free))} well determined"
         )
     else:
         parts.append(f"{len(results)} sets of parameters")
     if warnings := [*summary["warnings"], *(w for r in results for w in r["warnings"])]:
         wrong = [w["text"].partition(": ")[0] for w in warnings if w["kind"] in ("velocity-differs", "sign")]
-        parts.append(count(len(warnings), "warning") + (f" ({'; '.join(wrong)})" if wrong else ""))
+        parts.append(number_of("warning", len(warnings)) + (f" ({'; '.join(wrong)})" if wrong else ""))
     return f"Fit {summary['name']}: {', '.join(parts)}; {work / 'fits' / summary['name']}"
 
 
 def predict(summary: Summary) -> str:
     """Return the error of a prediction."""
     errors = ", ".join(f"NRMSE {error}" for error in _errors(summary["metrics"])) or "nothing to compare with"
-    return f"Prediction by {summary['fit']}: {errors} on {count(len(summary['used']), 'segment')}"
+    return f"Prediction by {summary['fit']}: {errors} on {number_of('segment', len(summary['used']))}"
 
 
 def compare_models(summary: Summary) -> str:
@@ -63,14 +60,14 @@ def compare_models(summary: Summary) -> str:
     for row in summary["models"]:
         best.setdefault(row["output"], row)
     found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'))}" for output, m in best.items())
-    return f"Best of {count(len(summary['models']), 'model')}: {'; '.join(found)}"
+    return f"Best of {number_of('model', len(summary['models']))}: {'; '.join(found)}"
 
 
 def status(summary: Summary) -> str:
     """Return the numbers of steps that have run and that are out of date."""
     steps = summary["steps"]
     old = sum(bool(s["outdated"]) for s in steps)
-    return f"{count(len(steps), 'step')} in {summary['work']}, {old or 'none'} out of date"
+    return f"{number_of('step', len(steps))} in {summary['work']}, {old or 'none'} out of date"
 
 
 def _errors(metrics: Iterable[Summary]) -> Iterable[str]:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from mrfit.compare.page import models_page
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError, Unreachable
 from mrfit.fit import stage as fit_stage
@@ -160,7 +161,9 @@ def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Mo
     progress("compare", len(settings.names), len(settings.names))
     if not tried.fits:
         first = tried.left_out[0]
-        raise DataError(f"none of {len(tried.left_out)} models can be fitted; {first.model}: {first.reason}")
+        raise DataError(
+            f"none of {number_of('model', len(tried.left_out))} can be fitted; {first.model}: {first.reason}"
+        )
     return tried
 
 

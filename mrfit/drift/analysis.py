@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import ndtr, stdtrit
 
+from mrfit.core.counting import number_of
 from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
 from mrfit.drift.population import UNITS_NEEDED, Population, odd_units, population
@@ -147,7 +148,11 @@ def _trends(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[Trend]:
         columns = columns_of(rows, over)
         whole = np.asarray(np.isfinite(columns).all(axis=1))
         rows, columns = [r for r, kept in zip(rows, whole, strict=True) if kept], columns[whole]
-        notes = [f"{condition}, {parameter}: {np.sum(~whole)} tests without covariates"] if not whole.all() else []
+        notes = (
+            [f"{condition}, {parameter}: {number_of('test', int(np.sum(~whole)))} without covariates"]
+            if not whole.all()
+            else []
+        )
         used: list[int] = []
         for k, name in enumerate(over):
             design = np.column_stack([np.ones(len(rows)), *(columns[:, j] for j in (*used, k))]) if rows else columns
@@ -160,7 +165,9 @@ def _trends(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[Trend]:
             ):
                 used.append(k)
             else:
-                notes.append(f"{condition}: {name} does not move by itself in {TESTS_FOR_DRIFT + k} tests or more")
+                notes.append(
+                    f"{condition}: {name} does not move by itself in {number_of('test', TESTS_FOR_DRIFT + k)} or more"
+                )
         names = list(dict.fromkeys(r.specimen for r in rows))
         units = np.array([names.index(r.specimen) for r in rows], dtype=np.int64)
         if rows:

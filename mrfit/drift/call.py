@@ -10,6 +10,7 @@ from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.recordings import PathText
 from mrfit.api.words import frame_of
 from mrfit.core.arguments import check_arguments
+from mrfit.core.counting import number_of
 from mrfit.drift import page
 from mrfit.drift.analysis import Trend, compare
 from mrfit.drift.source import completed, values_of_fit, values_of_table
@@ -62,7 +63,8 @@ class UnitComparison:
     def __repr__(self) -> str:
         c = self.content
         found = [f"{r.parameter} over {s.covariate}" for r in c.parameters for s in r.slopes if s.drifts]
-        return f"<UnitComparison: {c.units} units, {c.tests} tests; drifts: {', '.join(found) or 'none'}>"
+        of = f"{number_of('unit', c.units)}, {number_of('test', c.tests)}"
+        return f"<UnitComparison: {of}; drifts: {', '.join(found) or 'none'}>"
 
 
 @check_arguments

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import stdtrit
 
+from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
@@ -52,7 +53,7 @@ def render(found: DriftFile, trends: Sequence[Trend]) -> str:
         drawn = inline(figure(trends), "d", "Every parameter over its covariate, or by unit")
         sections.append(Section(f"Trends over {what}", figures=[SectionFigure("", caption, drawn)]))
     words = (
-        f"{found.units} unit{'s' * (found.units != 1)}, {found.tests} test{'s' * (found.tests != 1)}. Means and "
+        f"{number_of('unit', found.units)}, {number_of('test', found.tests)}. Means and "
         "deviations take units as normal, without those that stand out; ranges take all, with tails that may be "
         f"heavier. Chance names a drift in {DRIFT_LEVEL:.1%} of comparisons. "
         "Deviations and changes are shares of the value where its scale is logarithmic."

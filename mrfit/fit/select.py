@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from mrfit.core.counting import number_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.identify import measured_output
@@ -113,7 +114,9 @@ def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> l
     for reason in dict.fromkeys(row["reason"] for row in left_out):
         rows = [row for row in left_out if row["reason"] == reason]
         sources = list(dict.fromkeys(row["source"] for row in rows))
-        named = ", ".join(sources[:NAMED]) + (f" and {len(sources) - NAMED} more logs" if sources[NAMED:] else "")
+        named = ", ".join(sources[:NAMED]) + (
+            f" and {number_of('more log', len(sources) - NAMED)}" if sources[NAMED:] else ""
+        )
         held = sum(row["role"] == "holdout" for row in rows)
         also = f" ({held} held out)" if held else ""
         text = f"{len(rows)} of {segments} segments{also} take no part, those of {named}: {reason}"

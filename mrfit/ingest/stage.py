@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.core import temporary
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
@@ -357,7 +358,7 @@ def _check_any(read: list[str], refusals: list[Refusal]) -> None:
     if len(refusals) == 1:
         raise refusals[0]
     first = refusals[0]
-    raise DataError(f"none of {len(refusals)} files can be read; first {first}")
+    raise DataError(f"none of {number_of('file', len(refusals))} can be read; first {first}")
 
 
 def _commit(

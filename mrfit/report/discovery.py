@@ -7,6 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from mrfit.core import registry
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.io.keys import discovery_key, key_of
 from mrfit.io.outdated import Inputs
@@ -319,7 +320,12 @@ def _facts(discovery: Discovery) -> list[tuple[str, str]]:
         ("Augmented model", found.augmented_model),
         ("Predicts", discovery.output),
         ("Depends on current", _dependence(found.current_dependence)),
-        ("Data", f"{parts} segments, {samples} samples; {held} held-out conditions" if parts else ""),
+        (
+            "Data",
+            f"{number_of('segment', parts)}, {samples} samples; {number_of('held-out condition', held)}"
+            if parts
+            else "",
+        ),
         ("Output's range", _physical(discovery.span, discovery) if parts else ""),
         ("Noise floor", _physical(floor * discovery.span, discovery) if parts and floor else ""),
         ("Errors", "RMS over the output's range in all conditions; `mrfit compare` divides by that of held-out ones"),

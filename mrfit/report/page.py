@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.core.counting import number_of
 from mrfit.core.setting import SettingField, defined
 from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
@@ -84,6 +85,7 @@ def template_of(path: Path) -> "Template":
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
+    environment.globals["number_of"] = number_of
     return environment.get_template(path.name)
 
 

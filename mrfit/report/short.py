@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from mrfit.core.counting import number_of
 from mrfit.core.recording import Segment
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Fit
@@ -97,7 +98,7 @@ def _figures(fit: Fit, source: Source) -> tuple[list[_Drawing], list[_Drawing]]:
         drawn = FitSeries(fit, with_room(FitSeries(fit, series), "loops", "conditions", 1))
         left = len(series) - len(drawn.series)
         caption = "Measured (dots) and simulated (lines)" + (
-            f"; {left} more conditions are not drawn." if left else "."
+            f"; not drawn: {number_of('more condition', left)}." if left else "."
         )
         first.append(_drawing(loops([drawn], WIDTH, "conditions"), caption, 1))
     if over := quantity_of(fit, source.segments):

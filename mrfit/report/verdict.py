@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mrfit.core.counting import number_of
 from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.report.numbers import WITHIN_NOISE, in_html, natural, percent, significant
 from mrfit.report.output_unit import output_unit
@@ -45,7 +46,7 @@ def _floors(fit: Fit) -> list[str]:
     counts = Counter(s.noise_floor_method for s in used)
     if set(counts) <= {"cycles"}:
         return []
-    parts = [f"{METHODS.get(m, m)} in {_count(n, 'segment')}" for m, n in counts.items()]
+    parts = [f"{METHODS.get(m, m)} in {number_of('segment', n)}" for m, n in counts.items()]
     text = f"The noise floor is {', '.join(parts)}"
     lows, highs = ([s.noise_floor_bounds[k] for s in used if s.noise_floor_bounds[k] is not None] for k in (0, 1))
     if lows and highs:
@@ -66,7 +67,7 @@ def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
     if row.rmse is None:
         return f"On {where} data the simulation diverged: no error can be given."
     amount = output_unit(fit).words(row.rmse)
-    data = f"{where} data ({_count(conditions, 'condition')})"
+    data = f"{where} data ({number_of('condition', conditions)})"
     text = f"On {data} the error is {amount} RMS, {percent(row.nrmse)} of the range"
     if not row.noise_floor:
         return f"{text}; the noise floor is not known."
@@ -143,7 +144,3 @@ def open_directions(fit: Fit) -> list[tuple[str, str]]:
 def _direction(weights: dict[str, float]) -> str:
     ordered = sorted(weights.items(), key=lambda item: -abs(item[1]))
     return " ".join(f"{'+' if w > 0 else '−'}{abs(w):.2g}·{name}" for name, w in ordered)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")

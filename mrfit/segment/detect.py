@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core.channels import LEVELS
+from mrfit.core.counting import number_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
@@ -114,8 +115,9 @@ def _detected(
             fragments = _fragments(values, stretches)
             stretches = [s for s in stretches if s not in fragments]
             said += [
-                f"{recording.id}: {s.cycles} cycles of {s.fit.frequency:.3g} Hz at {s.start * recording.dt:.3g} s are "
-                "no test of their own: they end within one cycle of the motion about them"
+                f"{recording.id}: {number_of('cycle', s.cycles)} of {s.fit.frequency:.3g} Hz at "
+                f"{s.start * recording.dt:.3g} s are no test of their own: they end within one "
+                "cycle of the motion about them"
                 for s in fragments
             ]
     ranges = [_periodic(recording, drive, s, settle) for s in stretches]
@@ -234,8 +236,7 @@ def _too_few(
     else:
         return []
     what = f"treated as one stretch without a frequency, '{piece.waveform}'" if piece else "left out"
-    plural = "s" if cycles > 1 else ""
-    return [f"{recording.id}: {cycles} cycle{plural} of {frequency:.3g} Hz, fewer than {few}: {what}; {remedy}"]
+    return [f"{recording.id}: {number_of('cycle', cycles)} of {frequency:.3g} Hz, fewer than {few}: {what}; {remedy}"]
 
 
 def _single_sine(values: Array, dt: float) -> float:

@@ -5,6 +5,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mrfit.core.counting import number_of
 from mrfit.io.atomic import write_atomic
 from mrfit.io.escapes import visible
 from mrfit.io.schemas.sheet import UnitRow
@@ -78,7 +79,7 @@ def _head(canvas: "Figure", sheet: SheetContent, unit: UnitRow, several: bool) -
     facts = [*([("Unit", unit.unit)] if several else []), *facts_of(sheet.file)]
     facts = [(k, v) for k, v in facts if k not in ("Sign", "Intervals", "Judged")]
     counts = {"condition": len(unit.conditions), "cycle": sum(c.cycles for c in unit.conditions)}
-    tests = ", ".join(f"{count} {noun}{'s' * (count != 1)}" for noun, count in counts.items())
+    tests = ", ".join(number_of(noun, count) for noun, count in counts.items())
     sources = sorted({Path(c.source).name for c in unit.conditions})
     if sheet.file.limits:
         facts.append(("Limits", sheet.file.limits))
@@ -130,7 +131,7 @@ def _table(canvas: "Figure", top: float, cells: Sequence[Sequence[str]], places:
     for number, row in enumerate(rows[:room], 1):
         _line(canvas, top - number * LINE_HEIGHT, row, places)
     if len(rows) > room:
-        text = f"{len(rows) - room} more rows in sheet.html and sheet.csv"
+        text = f"{number_of('more row', len(rows) - room)} in sheet.html and sheet.csv"
         canvas.text(LEFT_EDGE, top - (room + 1) * LINE_HEIGHT, text, fontsize=6.5, color="#52606f")
     return top - (min(len(rows), room) + 2) * LINE_HEIGHT
 

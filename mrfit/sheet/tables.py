@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import groupby
 
+from mrfit.core.counting import number_of
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, SheetCondition, SheetFile, VerdictRow
 from mrfit.report.sections import Table
 from mrfit.sheet.words import change_text, limits_text, number_text, numbers_of
@@ -29,7 +30,7 @@ def condition_table(condition: SheetCondition, unknown: bool = True) -> Table:
     """Return every quantity of a condition; those ``unknown`` with the reason."""
     rows = [[q.name, *numbers_of(q)] for q in condition.quantities if unknown or q.value is not None]
     caption = (
-        f"{condition.condition}: {condition.cycles} cycles of {condition.frequency:.4g} Hz, stroke "
+        f"{condition.condition}: {number_of('cycle', condition.cycles)} of {condition.frequency:.4g} Hz, stroke "
         f"{1e3 * condition.stroke:.4g} mm, peak velocity {condition.peak_velocity:.4g} m/s; {condition.source}"
     )
     last = "over cycles, or why not" if unknown else "over cycles"

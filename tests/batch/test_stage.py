@@ -184,7 +184,7 @@ def test_two_processes_write_what_one_does(logs: Path) -> None:
 def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
     with pytest.raises(DataError, match=r"no log like \*\.tdms"):
         run(logs, like="*.tdms")
-    with pytest.raises(DataError, match="none of 1 logs can be fitted; .*note.csv"):
+    with pytest.raises(DataError, match="none of 1 log can be fitted; .*note.csv"):
         run(logs, like="NOTE.*")
 
 

@@ -126,7 +126,7 @@ def test_unknown_names_are_refused_before_anything_is_fitted(workspace: Workspac
 def test_logs_no_model_fits_are_an_error_with_the_first_reason(tmp_path: Path) -> None:
     bench = Bench(assemble("bingham"), np.array([300.0, 900.0, 0.0]), 0.01, 1)
     workspace = write_workspace(tmp_path, bench, SINES[:1], (0.5,))
-    with pytest.raises(DataError, match="none of 1 models can be fitted; boucwen-flux: .*flux"):
+    with pytest.raises(DataError, match="none of 1 model can be fitted; boucwen-flux: .*flux"):
         mrfit.compare.stage.run(workspace, Settings(models=("boucwen-flux",)))
 
 
