@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from markupsafe import Markup, escape
+
 from mrfit.core import registry
 from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
@@ -13,13 +15,10 @@ from mrfit.io.keys import discovery_key, key_of
 from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.discovery import (
     Candidate,
-    Confounded,
     Cosines,
     DiscoveryDependence,
     DiscoveryFile,
-    FoundEffect,
     InvariantEffect,
-    Suspect,
 )
 from mrfit.io.workspace import Workspace, write_text
 from mrfit.report.curves import prefixed
@@ -39,11 +38,11 @@ from mrfit.report.explain import (
 from mrfit.report.key import STYLE
 from mrfit.report.law_words import law_sentences, nearer_law, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
-from mrfit.report.page import template_of
-from mrfit.report.svg import inline
+from mrfit.report.sections import SECTIONS_TEMPLATE, Section, Table, exact, figures_in_page
+from mrfit.report.sections import render as render_sections
 from mrfit.simulate.current_dependence import form_of
 
-TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
+PARAMETER_HEADS = ("effect", "parameter", "meaning", "value", "95 % interval")
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ def advice(workspace: Workspace) -> Advice:
 
 
 def _key(workspace: Workspace) -> str:
-    inputs = [TEMPLATE, STYLE, *(p for p in files_of(workspace) if p.is_file())]
+    inputs = [SECTIONS_TEMPLATE, STYLE, *(p for p in files_of(workspace) if p.is_file())]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of("discovery page", hashes, version("matplotlib"), version("jinja2"))
 
@@ -114,199 +113,196 @@ def _key(workspace: Workspace) -> str:
 def render(discovery: Discovery, key: str) -> str:
     """Return the page of a discovery; ``key`` is kept in it."""
     found = discovery.found
-    drawn = [{"figure": f, "svg": inline(f.svg, f"f{k}", f.alt)} for k, f in enumerate(figures_of(discovery), start=1)]
-    return template_of(TEMPLATE).render(
-        found=found,
-        key=key,
-        headline=headline(found),
-        sentences=sentences(found, law=False),
-        effects=[_effect(e) for e in found.effects],
-        suspects=[effect_words(name) for name in found.ambiguous_set],
-        suspected=[_suspect(found, row) for row in found.suspects],
-        advice=found.advice,
-        figures=drawn,
-        candidates=[_candidate(found, c) for c in found.candidates],
-        matrix=confusion(found.cosines, found.candidates),
-        facts=_facts(discovery),
-        law=_law(found),
-        nearer=nearer_law(found),
-        command=next_step(found),
-        version=version("mrfit"),
-    )
+    figures = figures_in_page(figures_of(discovery), "f")
+    both = found.augmented_model != found.base_model or found.held
+    sections = [
+        *_verdict(found),
+        Section("Before and after" if both else "What the base model leaves", figures=figures),
+        *_candidates(found),
+        *_confusion(found.cosines, found.candidates),
+        *_law(found),
+        Section("What was run", tables=[Table("What was run", ("item", "value"), _facts(discovery), name="run")]),
+        Section("Segments", tables=[_segments(found)], folded=True),
+    ]
+    files = "discovery.json" + (", every sample's error: residuals.parquet" if figures else "")
+    lead = f"Verdict: {found.verdict.replace('-', ' ')}"
+    return render_sections(f"Discovery on {found.base_model}", lead, (), sections, files, key=key)
 
 
-@dataclass(frozen=True)
-class Number:
-    """A number with all its digits, for copying, and as it is shown."""
-
-    exact: str | None
-    shown: str
-
-
-@dataclass(frozen=True)
-class EffectRow:
-    """An effect as the page shows it, with the errors without it and with it."""
-
-    name: str
-    rows: list[ParameterText]
-    error: Number
-    error_without: Number
-
-
-@dataclass(frozen=True)
-class SuspectRow:
-    """An effect that is not named, and the share of the squared error that it takes on held-out conditions."""
-
-    name: str
-    rows: list[ParameterText]
-    takes: Number
-
-
-@dataclass(frozen=True)
-class CandidateRow:
-    """A candidate as the page shows it: the share of the squared error that it takes, and how that was found."""
-
-    row: Candidate
-    title: str
-    takes: Number
-    judged: str
-
-
-def _share(share: float | None) -> Number:
-    return Number(repr(share), percent(share))
-
-
-def _percentage(share: float | None, text: str) -> Number:
-    return Number(None if share is None else repr(share), in_html(text))
-
-
-def _effect(effect: FoundEffect) -> EffectRow:
-    errors = (_share(effect.holdout_nrmse_after), _share(effect.holdout_nrmse_before))
-    return EffectRow(effect.name, parameter_rows(effect), *errors)
-
-
-def _suspect(found: DiscoveryFile, row: Suspect) -> SuspectRow:
-    name = f"{row.name} instead of {row.instead_of}" if row.instead_of else row.name
-    # effects that were taken back would take their share together
-    takes = taken_by(found, row.name) if found.ambiguous_set else None
-    return SuspectRow(name, parameter_rows(row), _taken(row.closed if takes is None else takes))
-
-
-def _taken(share: float | None) -> Number:
-    return _percentage(share, "" if share is None else closed_share(share))
-
-
-def _candidate(found: DiscoveryFile, row: Candidate) -> CandidateRow:
-    share, shown, judged = takes_of(found, row)
-    exact = None if share is None else repr(share)
-    return CandidateRow(row, registry.load("effect", row.name).SPEC.title, Number(exact, shown), judged)
-
-
-@dataclass(frozen=True)
-class TestedRow:
-    """An effect that was tested against any law, as the page shows it."""
-
-    name: str
-    breaks: str
-    named: bool
-    numbers: tuple[Number, ...]
-    reason: str
-
-
-@dataclass(frozen=True)
-class LawRow:
-    """Another law as the page shows it."""
-
-    model: str
-    numbers: tuple[Number, ...]
-    command: str
-
-
-@dataclass(frozen=True)
-class Law:
-    """Content of the page on effects beside an open law."""
-
-    sentences: list[str]
-    tested: tuple[TestedRow, ...] = ()
-    others: tuple[LawRow, ...] = ()
-    confounded: tuple[Confounded, ...] = ()
-
-
-def _law(found: DiscoveryFile) -> Law:
-    examined = found.invariance
-    tested: list[TestedRow] = []
-    if examined is not None:
-        tested = [_tested(e, e in examined.named) for e in (*examined.named, *examined.turned_down)]
-    others = tuple(
-        LawRow(
-            o.model,
-            (_of_hundred(o.takes), _of_hundred(o.takes_beside), _percentage(o.floors, significant(o.floors))),
-            o.command,
+def _verdict(found: DiscoveryFile) -> list[Section]:
+    """Return what is concluded, which tests would settle what is not, and what is said of the law."""
+    words = [Markup('<strong class="headline {}">{}</strong>').format(found.verdict, headline(found))]
+    if nearer := nearer_law(found):
+        text = (
+            "<strong>{} is nearer:</strong> it takes {} % of the gap on held-out conditions. "
+            "Look from there for what is still missing: <code>{}</code>"
         )
-        for o in found.other_laws
+        words.append(Markup(text).format(nearer.model, f"{100.0 * nearer.takes:.0f}", nearer.command))
+    words.append(escape(" ".join(sentences(found, law=False))))
+    if command := next_step(found):
+        text = "The model with what was found is fitted like any other: <code>{}</code>"
+        words.append(Markup(text).format(command))
+    return [Section("Verdict", words, [_effects(found)]), _open_questions(found), _law_words(found)]
+
+
+def _effects(found: DiscoveryFile) -> Table:
+    caption = "Effects found, fitted together with the base model"
+    if found.held:
+        caption = "Effects found whatever the law is; the errors are those of the base, fitted again with them held"
+    rows: list[Sequence[object]] = []
+    for effect in found.effects:
+        errors = [exact(e, percent(e)) for e in (effect.holdout_nrmse_before, effect.holdout_nrmse_after)]
+        rows += _parameters(effect.name, parameter_rows(effect), errors)
+    return Table(caption, (*PARAMETER_HEADS, "hold-out NRMSE without", "with"), rows, name="effects")
+
+
+def _open_questions(found: DiscoveryFile) -> Section:
+    """Return what these data cannot tell apart, or what takes part of the gap, with the tests that would tell."""
+    several = [effect_words(name) for name in found.ambiguous_set]
+    rows: list[Sequence[object]] = []
+    for row in found.suspects:
+        name = f"{row.name} instead of {row.instead_of}" if row.instead_of else row.name
+        # effects that were taken back would take their share together
+        takes = taken_by(found, row.name) if found.ambiguous_set else None
+        takes = row.closed if takes is None else takes
+        rows += _parameters(name, parameter_rows(row), [exact(takes, "" if takes is None else closed_share(takes))])
+    each, gap = ("each", "squared error") if several else ("these together", "gap")
+    when = "took away when it was last tried" if several else "would take"
+    caption = (
+        f"What {each} would be, fitted with the base model, and the share of the {gap} on held-out conditions that it "
+        f"{when}"
     )
-    again = other_base_sentences(found)
-    return Law([*law_sentences(found), *again], tuple(tested), others, found.confounded)
+    words = [f"These data cannot tell apart: {'; '.join(several)}."] if several else []
+    tables = [Table(caption, (*PARAMETER_HEADS, "takes (%)"), rows, name="suspects")]
+    # what is too little is said with the verdict
+    told = () if found.verdict == "insufficient-data" and not rows else found.advice
+    title = "What would settle it" if several or told else "What takes part of the gap"
+    return Section(title, words, tables, points=told)
 
 
-def _tested(effect: InvariantEffect, named: bool) -> TestedRow:
-    s = effect.standing
-    shares = (s.share, s.kept, s.held) if s else (None, None, None)
-    numbers = (*map(_of_hundred, shares), _percentage(s.z if s else None, significant(s.z) if s else ""))
-    reason = effect.reason or ("one of a set" if effect.one_of else "no law makes what it does")
-    return TestedRow(effect.name, effect.breaks, named, numbers, reason)
+def _parameters(name: str, rows: Sequence[ParameterText], numbers: Sequence[Markup]) -> list[Sequence[object]]:
+    """Return rows of the parameters of an effect, whose name and other numbers stand in the first."""
+    blank = [""] * len(numbers)
+    return [
+        (
+            "" if k else name,
+            Markup("<code>{}</code>").format(p.name),
+            p.text,
+            p.value,
+            p.interval,
+            *(blank if k else numbers),
+        )
+        for k, p in enumerate(rows)
+    ]
 
 
-def _of_hundred(share: float | None) -> Number:
-    return _percentage(share, "" if share is None else significant(100.0 * share))
+def _law_words(found: DiscoveryFile) -> Section:
+    title = "Whatever the law is, and the law itself" if found.held else "What any law could make, and what none does"
+    return Section(title, points=[*law_sentences(found), *other_base_sentences(found)])
 
 
-@dataclass(frozen=True)
-class CosineCell:
-    """A cosine as text, and whether the discovery took the two effects for alike."""
-
-    text: str
-    alike: bool
-
-
-@dataclass(frozen=True)
-class Confusion:
-    """Effects that the data confuse.
-
-    Attributes
-    ----------
-    names
-        Effects that were judged.
-    alike
-        The cosine above which two are alike, as text.
-    rows
-        For each of them the cells to those before it: a lower triangle.
-    alone
-        Effects that are like no other.
-    unjudged
-        Effects that could not be judged.
-    """
-
-    names: tuple[str, ...]
-    alike: str
-    rows: tuple[tuple[CosineCell, ...], ...]
-    alone: tuple[str, ...]
-    unjudged: tuple[Candidate, ...]
+def _candidates(found: DiscoveryFile) -> list[Section]:
+    words = (
+        "An effect that was refitted, jointly with everything else, takes the share of the squared error on held-out "
+        "conditions that it took away when it was last tried. One that was screened could take that share of the "
+        "squared training error, of what no refit of the model's own parameters takes, to first order."
+    )
+    rows = []
+    for row in found.candidates:
+        share, shown, judged = takes_of(found, row)
+        title, yes = registry.load("effect", row.name).SPEC.title, "yes" if row.accepted else "no"
+        rows.append((row.name, title, exact(share, shown), judged, yes, row.reason))
+    heads = ("effect", "what it is", "takes (%)", "judged", "accepted", "reason")
+    accepted = [k for k, row in enumerate(found.candidates) if row.accepted]
+    caption = "Every effect of the library and what became of it"
+    return [Section("Candidates", [words], [Table(caption, heads, rows, name="candidates", best=accepted)])] * bool(
+        rows
+    )
 
 
-def confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> Confusion:
-    """Return the cosines between what the effects judged do, and which were not judged."""
+def _confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> list[Section]:
+    """Return the cosines between what the effects judged do, as a lower triangle, and which were not judged."""
     table = cosines or Cosines(names=(), matrix=())
     names, matrix, alike = table.names, table.matrix, table.alike
-    return Confusion(
-        names=names,
-        alike=f"{alike:g}",
-        rows=tuple(
-            tuple(CosineCell(in_html(f"{c:.3f}"), abs(c) > alike) for c in matrix[k][:k]) for k in range(len(names))
-        ),
-        alone=tuple(n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)),
-        unjudged=tuple(c for c in candidates if c.reason.startswith(UNJUDGED)),
-    )
+    words, tables, rows = list[str](), list[Table](), []
+    for k, name in enumerate(names):
+        shown = [_marked(c, alike) for c in matrix[k][:k]]
+        rows.append((name, *shown, "1", *[""] * (len(names) - k - 1)))
+    if rows:
+        words = [
+            "The cosine between what two effects do to the output, beyond what the model's own parameters do. Pairs "
+            f"above {alike:g}, which are marked, may look like each other: beside one that is named the other has to "
+            "take away more of the error to be named too; what is left of the difference decides between them, if the "
+            "noise lets it."
+        ]
+        tables = [Table("Cosines of projected sensitivities", ("effect", *names), rows, name="confusion")]
+    alone = [n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)]
+    words += [f"Told apart from every other: {', '.join(alone)}."] * bool(alone)
+    points = [
+        Markup("<strong>{}</strong>: {}").format(c.name, c.reason) for c in candidates if c.reason.startswith(UNJUDGED)
+    ]
+    return [Section("What these data confuse", words, tables, points=points)] * bool(candidates)
+
+
+def _marked(cosine: float, alike: float) -> str:
+    """Return a cosine, marked where the discovery took the two effects for alike."""
+    shown = in_html(f"{cosine:.3f}")
+    return Markup("<mark>{}</mark>").format(shown) if abs(cosine) > alike else shown
+
+
+def _law(found: DiscoveryFile) -> list[Section]:
+    """Return the effects tested against any law, and other laws."""
+    examined, tables, words = found.invariance, list[Table](), list[str]()
+    if examined is not None and (effects := (*examined.named, *examined.turned_down)):
+        words.append(
+            "A law of the fluid, whatever its form, is reversed with the motion, forgets, and does not know where in "
+            "the stroke, when and how warm it is. What an effect does beyond all such laws cannot be the law's. Shares "
+            "are of the squared error that no law makes; “kept” and “held out” are the same on conditions left out, "
+            "with the law from all conditions and from the others."
+        )
+        heads = ("effect", "breaks", "share (%)", "kept (%)", "held out (%)", "standard errors", "named", "reason")
+        rows = [_tested(e, e in examined.named) for e in effects]
+        best = range(len(examined.named))
+        tables.append(Table("Effects tested against any law", heads, rows, name="tested", best=best))
+    if found.other_laws:
+        words.append("Other laws, each fitted once; shares are of the base's gap on held-out conditions.")
+        law_heads = (
+            "model",
+            "takes (%)",
+            "with the effects held (%)",
+            "error in noise floors",
+            "what it lacks in turn",
+        )
+        rows = [
+            (o.model, _of_hundred(o.takes), _of_hundred(o.takes_beside), exact(o.floors, significant(o.floors)),
+             Markup("<code>{}</code>").format(o.command))
+            for o in found.other_laws
+        ]  # fmt: skip
+        tables.append(Table("Other laws that take part of the gap", law_heads, rows, name="laws"))
+    caption = "Effects that cannot be told from the law, and the test that would separate them"
+    unclear = [(c.name, c.reason, c.test) for c in found.confounded]
+    folded = Table(caption, ("effect", "why", "test"), unclear, name="confounded")
+    return [
+        Section("Effects and the law", words, tables),
+        Section("What the law could imitate on these data", tables=[folded], folded=True),
+    ]
+
+
+def _tested(effect: InvariantEffect, named: bool) -> Sequence[object]:
+    s = effect.standing
+    shares = (s.share, s.kept, s.held) if s else (None, None, None)
+    errors = exact(s.z, significant(s.z)) if s else ""
+    reason = effect.reason or ("one of a set" if effect.one_of else "no law makes what it does")
+    return effect.name, effect.breaks, *map(_of_hundred, shares), errors, "yes" if named else "no", reason
+
+
+def _of_hundred(share: float | None) -> Markup:
+    return exact(share, "" if share is None else significant(100.0 * share))
+
+
+def _segments(found: DiscoveryFile) -> Table:
+    rows = [(s.id, s.condition, "hold-out" if s.role == "holdout" else "training") for s in found.segments or ()]
+    return Table("Segments used, by role", ("segment", "condition", "role"), rows, name="used")
 
 
 def _facts(discovery: Discovery) -> list[tuple[str, str]]:

@@ -2,10 +2,10 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.core.counting import number_of
+from markupsafe import Markup
+
 from mrfit.core.setting import SettingField, defined
 from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
@@ -19,15 +19,15 @@ from mrfit.report.output_unit import OutputUnit, output_unit
 from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
 from mrfit.report.ranking import RankedFit, above_best, comparable, ranked
+from mrfit.report.sections import SectionFigure, exact, figures_in_page, template_of
 from mrfit.report.source import Source
-from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES
 from mrfit.report.verdict import GroupedWarning, cautions, open_directions, verdict
 from mrfit.settings.fit import Settings as FitSettings
 from mrfit.signal.metrics import METRICS
 
 if TYPE_CHECKING:
-    from jinja2 import Template
+    pass
 
 LONG = 40
 """Rows from which a table is folded until it is asked for."""
@@ -74,29 +74,6 @@ def render(
     )
 
 
-def template_of(path: Path) -> "Template":
-    """Return a page's template, which may include others of its folder; what is put into it is text, not markup."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(path.parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=StrictUndefined,
-    )
-    environment.globals["number_of"] = number_of
-    return environment.get_template(path.name)
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A number: every digit for machines, None where there is none, and what people see."""
-
-    exact: str | None
-    shown: str
-
-
 @dataclass(frozen=True)
 class ErrorRow:
     """Errors of a condition in a role, or ``pooled`` over all of them."""
@@ -105,7 +82,7 @@ class ErrorRow:
     role: str
     pooled: bool
     samples: object
-    values: Sequence[Cell]
+    values: Sequence[Markup]
 
 
 @dataclass(frozen=True)
@@ -114,9 +91,9 @@ class QuantityRow:
 
     quantity: Quantity
     unit: str
-    value: Cell
-    low: Cell | None
-    high: Cell | None
+    value: Markup
+    low: Markup | None
+    high: Markup | None
     notes: Sequence[str]
 
 
@@ -125,17 +102,9 @@ class SearchRow:
     """Search of a set of parameters: cost, costs of starts and passivity in words, in the unit of the page."""
 
     result: Result
-    cost: Cell
+    cost: Markup
     starts: str
     passive: str
-
-
-@dataclass(frozen=True)
-class PageFigure:
-    """A figure in the page."""
-
-    figure: Figure
-    svg: str
 
 
 @dataclass(frozen=True)
@@ -155,7 +124,7 @@ class FitSection:
     parameters: Sequence["Sets"]
     derived: Sequence["Sets"]
     searches: Sequence[SearchRow]
-    figures: Sequence[PageFigure]
+    figures: Sequence[SectionFigure]
 
 
 @dataclass(frozen=True)
@@ -174,11 +143,11 @@ class RankingPlace:
     anchor: str
     best: bool
     determined: str
-    train: Cell
-    holdout: Cell
-    floor: Cell
-    aic: Cell
-    bic: Cell
+    train: Markup
+    holdout: Markup
+    floor: Markup
+    aic: Markup
+    bic: Markup
 
 
 @dataclass(frozen=True)
@@ -189,15 +158,15 @@ class RankingGroup:
     places: Sequence[RankingPlace]
 
 
-def number(value: float | None, text: str | None = None) -> Cell:
+def number(value: float | None, text: str | None = None) -> Markup:
     """Return a number for a cell: every digit for machines, and what people see (three significant digits)."""
     shown = significant(value) if text is None else text
-    return Cell(None if value is None else repr(value), in_html(shown))
+    return exact(value, shown)
 
 
-def share(value: float | None) -> Cell:
+def share(value: float | None) -> Markup:
     """Return a share for a cell in percent; for machines it stays a fraction."""
-    return Cell(None, MISSING) if value is None else Cell(repr(value), percent(value))
+    return exact(value, MISSING if value is None else percent(value))
 
 
 def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> FitSection:
@@ -216,7 +185,7 @@ def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> 
         parameters=_sets([(r.condition, r.parameters) for r in fit.results]),
         derived=_sets([(r.condition, r.derived) for r in fit.results if r.derived]),
         searches=[_search(r, scale) for r in fit.results],
-        figures=[PageFigure(f, inline(f.svg, f"{anchor}f{k}", f.alt)) for k, f in enumerate(figures, start=1)],
+        figures=figures_in_page(figures, f"{anchor}f"),
     )
 
 

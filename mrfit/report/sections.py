@@ -1,16 +1,25 @@
 """A page of sections: words, tables and figures in the report's style, in one file that opens offline."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from markupsafe import Markup, escape
+
+from mrfit.core.counting import number_of
+from mrfit.report.figures import Figure
 from mrfit.report.key import TEMPLATE
 from mrfit.report.numbers import in_html, significant
-from mrfit.report.page import template_of
+from mrfit.report.svg import inline
 
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+SECTIONS_TEMPLATE = TEMPLATE.with_name("sections.html.jinja")
 VERDICTS = {"pass": "pass", "fail": "fail", "cannot be judged": "open"}
 """Cells that say a verdict -> their class in the page."""
 NUMBER_SHOWN = re.compile(r"[−-]?\d[\d.]*(×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?( \S+)?")
@@ -21,13 +30,18 @@ OPEN_ROWS = 400
 
 @dataclass(frozen=True)
 class Table:
-    """A table; numbers in it are shown with a few significant digits, ``first`` rows before it is unfolded."""
+    """A table; numbers in it are shown with a few significant digits, ``first`` rows before it is unfolded.
+
+    ``name`` is its class in the page; the rows ``best`` stand out.
+    """
 
     caption: str
     heads: Sequence[str]
     rows: Sequence[Sequence[Any]]
     digits: int = 3
     first: int = OPEN_ROWS
+    name: str = ""
+    best: Collection[int] = ()
 
     @cached_property
     def numeric(self) -> list[bool]:
@@ -47,17 +61,22 @@ class SectionFigure:
     title: str
     caption: str
     svg: str
+    narrow: bool = False
 
 
 @dataclass(frozen=True)
 class Section:
-    """A section of a page; a folded one shows its tables on demand."""
+    """A section of a page, with ``points`` as a list after its tables; a folded one shows its tables on demand.
+
+    Tables without rows are left out, and so is a section with nothing in it.
+    """
 
     title: str
     words: Sequence[str] = ()
     tables: Sequence[Table] = ()
     figures: Sequence[SectionFigure] = field(default_factory=tuple)
     folded: bool = False
+    points: Sequence[str] = ()
 
 
 def render(
@@ -67,14 +86,18 @@ def render(
     sections: Sequence[Section],
     file: str,
     script: str = "",
+    key: str = "",
 ) -> str:
-    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures."""
-    template = template_of(TEMPLATE.with_name("sections.html.jinja"))
-    return template.render(
+    """Return a page.
+
+    ``file`` is the name of the JSON file with all numbers, ``script`` moves the figures, ``key`` is that of the data.
+    """
+    return template_of(SECTIONS_TEMPLATE).render(
+        key=key,
         title=title,
         lead=lead,
         facts=facts,
-        sections=sections,
+        sections=[s for s in sections if any((s.words, s.figures, s.points, *(t.rows for t in s.tables)))],
         file=file,
         script=script,
         version=version("mrfit"),
@@ -82,10 +105,41 @@ def render(
     )
 
 
+def template_of(path: Path) -> "Template":
+    """Return a page's template, which may include others of its folder; what is put into it is text, not markup."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(path.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    environment.globals["number_of"] = number_of
+    return environment.get_template(path.name)
+
+
+def exact(value: float | None, shown: str) -> Markup:
+    """Return a number as it is shown, with every digit for machines where there is one."""
+    shown = in_html(shown)
+    return escape(shown) if value is None else Markup('<data value="{}">{}</data>').format(repr(value), shown)
+
+
 def _is_number(value: object) -> bool:
+    if isinstance(value, Markup):
+        return value.startswith("<data ")
     if isinstance(value, str):
         return NUMBER_SHOWN.fullmatch(value) is not None
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def figures_in_page(figures: Sequence[Figure], prefix: str) -> list[SectionFigure]:
+    """Return figures as parts of a page; the names in their drawings begin with a prefix."""
+    return [
+        SectionFigure(f"{f.title}.", f.caption, inline(f.svg, f"{prefix}{k}", f.alt), f.narrow)
+        for k, f in enumerate(figures, start=1)
+    ]
 
 
 def hover_script() -> str:
@@ -103,4 +157,4 @@ def cell(value: Any, digits: int = 3) -> str:
         return f"{value:d}"
     if isinstance(value, float):
         return in_html(significant(value, digits)) if value == value else "–"
-    return str(value)
+    return value if isinstance(value, str) else str(value)

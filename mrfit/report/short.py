@@ -14,11 +14,12 @@ from mrfit.report.curves import worst_of_each
 from mrfit.report.determined import sentences
 from mrfit.report.figures import error_figure, has_errors
 from mrfit.report.loop_figure import loops
-from mrfit.report.page import QuantityRow, RankingPlace, quantity_row, rankings, template_of
+from mrfit.report.page import QuantityRow, RankingPlace, quantity_row, rankings
 from mrfit.report.paper import FitSeries
 from mrfit.report.paper_stage import with_room
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.ranking import best
+from mrfit.report.sections import template_of
 from mrfit.report.source import Source
 from mrfit.report.svg import inline, style, to_svg
 from mrfit.report.verdict import GroupedWarning, cautions, verdict
