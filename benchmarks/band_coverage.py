@@ -28,13 +28,15 @@ from mrfit.errors import MrfitError  # noqa: E402
 
 BASES = ("tanh", "bingham", "boucwen", "hysteretic-biviscous")
 REAL = {"press": "press (UTFSM)", "table": "shaking table", "keio": "Keio", "nees": "NEES (seen in development)"}
-RIGS, FOLDS = 12, 3
+FOLDS, SEED = 3, 1
+RIGS = range(12, 24)
+"""Numbers of the planted dampers: those before served to find out why bands fell short."""
 Row = dict[str, Any]
 
 
 def rigs() -> Iterator[tuple[str, list[mrfit.Recording]]]:
     """Yield the base to fit and the records of each planted damper, whose law and drives no development has seen."""
-    for number in range(RIGS):
+    for number in RIGS:
         (case,) = generated("evaluation", "null", 1, ("bingham",), 1, number)
         made, _ = specimen(case.split, case.family, (), case.seed, case.memory)
         records = [
@@ -48,7 +50,7 @@ def rigs() -> Iterator[tuple[str, list[mrfit.Recording]]]:
 
 def judged(records: Sequence[mrfit.Recording], base: str, per: str = "all") -> list[Row]:
     """Return a row for every held-out test: coverage, half-width and error as shares of its measured range."""
-    order, rows = np.random.default_rng(0).permutation(len(records)), []
+    order, rows = np.random.default_rng(SEED).permutation(len(records)), []
     for fold in range(FOLDS):
         held = set(order[fold::FOLDS].tolist())
         train, test = ([r for k, r in enumerate(records) if (k in held) is out] for out in (False, True))
@@ -76,6 +78,7 @@ def run(name: str) -> dict[str, list[Row]]:
     if name == "planted":
         for base, records in rigs():
             found.setdefault(base, []).extend(judged(records, base))
+            sys.stderr.write(f"{base}: {len(found[base])} tests\n")
         return found
     channels, dts, conditions = realsets.load(name)
     records = recordings_of(Asked(channels, dts, "", conditions))
@@ -90,10 +93,11 @@ def run(name: str) -> dict[str, list[Row]]:
 
 
 def cells(rows: Sequence[Row]) -> list[str]:
-    """Return coverage of samples, share of tests with at least 90 %, median half-width, and that over the error."""
+    """Return coverage by test and by sample, share of tests with at least 90 %, median half-width, and that over the error."""
     values = {key: np.array([row[key] for row in rows]) for key in ("coverage", "half", "nrmse")}
     return [
         f"{100.0 * np.mean(values['coverage']):.1f} %",
+        f"{100.0 * np.average(values['coverage'], weights=[row['samples'] for row in rows]):.1f} %",
         f"{np.mean(values['coverage'] >= 0.9):.2f}",
         f"{100.0 * np.median(values['half']):.1f} %",
         f"{np.mean(values['half']) / np.mean(values['nrmse']):.1f}",
@@ -102,7 +106,7 @@ def cells(rows: Sequence[Row]) -> list[str]:
 
 def page(found: dict[str, dict[str, list[Row]]], before: dict[str, dict[str, list[Row]]]) -> str:
     """Return the page of all sets."""
-    head = ("coverage", "tests ≥ 90 %", "half-width", "over error")
+    head = ("coverage", "of samples", "tests ≥ 90 %", "half-width", "over error")
     columns = ["set", "base", "tests", "NRMSE", *head, *(f"{h}, before" for h in head if before)]
     lines = ["| " + " | ".join(columns) + " |", "|---" * len(columns) + "|"]
     for name, bases in found.items():

@@ -13,10 +13,10 @@ import numpy as np
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.core.width import Width
-from mrfit.fit.diagnostics.remainders import LEFT_OUT
+from mrfit.fit.diagnostics.remainders import LEFT_OUT, LEVEL_LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, quantile_95
 from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
-from mrfit.fit.extrapolation import beyond, together
+from mrfit.fit.extrapolation import Extents, beyond, is_new_current, together
 from mrfit.fit.predict import SegmentPrediction, closest_result, stretch_of, theta_of
 from mrfit.fit.result import simulate_block
 from mrfit.io.schemas.band import Refits, Remainder
@@ -65,7 +65,8 @@ def unseen(results: Sequence[Result]) -> list[Remainder]:
 
 def own_width(rows: Sequence[Remainder], segment: Segment) -> float | None:
     """Return the half-width of a periodic test whose condition was fitted, None of any other; wider where few tell."""
-    own = [r for r in rows if r.condition == segment.condition and r.role != LEFT_OUT and segment.cycles]
+    out = (LEFT_OUT, LEVEL_LEFT_OUT)
+    own = [r for r in rows if r.condition == segment.condition and r.role not in out and segment.cycles]
     widths = [r.quantile * quantile_95(max(r.independent, FEWEST)) / NORMAL for r in own if r.quantile > 0.0]
     return max(widths, default=None) if any(r.role == "train" for r in own) else None
 
@@ -78,7 +79,9 @@ def widths(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> dict[str, 
     rows = unseen(fit.results)
     if not rows:
         return {}
-    law, made = ErrorLaw.of(rows), {}
+    law, made = ErrorLaw.of(rows), dict[str, Width]()
+    levels = [r for result in fit.results for r in result.remainders if r.role == LEVEL_LEFT_OUT]
+    of_current = ErrorLaw.of(levels) if levels else law
     pieces: dict[str, list[tuple[SegmentPart, Array]]] = {}
     for part, output in zip(found.blocks.parts, found.simulated, strict=True):
         pieces.setdefault(part.segment.id, []).append((part, output))
@@ -88,7 +91,8 @@ def widths(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> dict[str, 
         half = np.concatenate([_spread(part, assembly, result, found) for part in parts])
         rest = own_width(result.remainders, parts[0].segment)
         if rest is None:
-            rest = law.half_width(float(np.ptp(np.concatenate(outputs))), _beyond(result, parts, assembly))
+            chosen = of_current if _is_new_current(result, parts, assembly) else law
+            rest = chosen.half_width(float(np.ptp(np.concatenate(outputs))), _beyond(result, parts, assembly))
         made[name] = Width(half, np.maximum(half, rest))
     return made
 
@@ -121,13 +125,21 @@ def promise(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> str:
 
 def _beyond(result: Result, parts: Sequence[SegmentPart], assembly: Assembly) -> float:
     """Return how far a test lies beyond those that a result was fitted to."""
-    fitted = together(r.extents for r in result.remainders if r.role == "train")
+    return beyond(together(_fitted(result)), _reached(parts, assembly))
+
+
+def _is_new_current(result: Result, parts: Sequence[SegmentPart], assembly: Assembly) -> bool:
+    return is_new_current(_fitted(result), _reached(parts, assembly))
+
+
+def _fitted(result: Result) -> list[Extents]:
+    return [r.extents for r in result.remainders if r.role == "train"]
+
+
+def _reached(parts: Sequence[SegmentPart], assembly: Assembly) -> Extents:
     names = assembly.spec.inputs
-    return beyond(
-        fitted,
-        together(
-            stretch_of(p.segment, p.dt, {n: p.inputs(row) for row, n in enumerate(names)}).extents() for p in parts
-        ),
+    return together(
+        stretch_of(p.segment, p.dt, {n: p.inputs(row) for row, n in enumerate(names)}).extents() for p in parts
     )
 
 

@@ -79,6 +79,16 @@ def beyond(trained: Extents, reached: Extents) -> float:
     return math.log1p(max([0.0, *shares]))
 
 
+def is_new_current(fitted: Iterable[Extents], reached: Extents) -> bool:
+    """Return whether a test has currents that no fitted test had: a law of current alone says what happens there."""
+    spans = [e["current"] for e in fitted if "current" in e]
+    if not spans or "current" not in reached:
+        return False
+    slack = SLACK * _size(min(low for low, _ in spans), max(high for _, high in spans))
+    low, high = reached["current"]
+    return not any(a - slack <= low and high <= b + slack for a, b in spans)
+
+
 def _size(low: float, high: float) -> float:
     """Return the range of a channel, or its level where that is more."""
     return max(high - low, abs(low), abs(high))

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
-from mrfit.fit.extrapolation import beyond, together
+from mrfit.fit.extrapolation import SLACK, beyond, together
 from mrfit.fit.identify import FitGroup, weights_of
 from mrfit.fit.predict import closest_result, stretch_of, theta_of
 from mrfit.fit.result import AT_BOUND
@@ -23,15 +23,18 @@ from mrfit.search.parts import SegmentPart
 from mrfit.search.problem import LeastSquaresProblem, differences
 from mrfit.simulate.assembly import Assembly
 
-LEFT_OUT = "left-out"
-"""Role of a test whose data had no part in the parameters that it is judged by."""
+LEFT_OUT, LEVEL_LEFT_OUT = "left-out", "level-left-out"
+"""Roles of a test whose data had no part in the parameters that it is judged by, nor had any of its current."""
 FEW, PIECES = 3, 10
 """Tests below which those without cycles are cut, into so many: a refit without one of two knows too little."""
 REFITS = 24
 """Refits at most; with more tests several are left out together."""
-STEPS = 3
+STEPS, FAR_STEPS = 3, 10
+"""Chord steps of a refit: from the optimum nearby, and to another law of current."""
 DAMPINGS = (1e-8, 1e-5, 1e-3, 1e-1)
 """Of a step, in squares of the greatest singular value: what moves the output less is followed less."""
+BENDS = 1e-3
+"""Weight of the coefficients of a law of current, in the greatest singular value: data that tell them outweigh it."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,44 @@ def units_of(parts: Sequence[SegmentPart]) -> list[Unit]:
     return units
 
 
-def refitted(posed: LeastSquaresProblem, point: Array, groups: Index) -> Array:
+def levels_of(parts: Sequence[SegmentPart], assembly: Assembly) -> list[Unit]:
+    """Return the currents at which tests were held, each with its tests; none where one moved or there are not three.
+
+    A test left out alone is followed by its neighbours of the same current, and says nothing of the law of current.
+    """
+    if "current" not in assembly.spec.inputs:
+        return []
+    row = assembly.spec.inputs.index("current")
+    currents = [np.asarray(part.inputs(row)) for part in parts]
+    means = np.array([float(np.mean(c)) for c in currents])
+    slack = SLACK * max(float(np.ptp(means)), float(np.max(np.abs(means))))
+    order = np.argsort(means)
+    levels = np.split(order, np.flatnonzero(np.diff(means[order]) > slack) + 1)
+    if len(levels) < FEW or any(float(np.ptp(c)) > slack for c in currents):
+        return []
+    return [_whole(f"{means[places].mean():.3g} A", places.tolist()) for places in levels]
+
+
+def bends_of(assembly: Assembly, cube: Cube) -> Array:
+    """Return what free parameters (F,) add to the coefficients of their laws of current, (C, F), to higher orders more.
+
+    Held small, they make a law of the lowest order that the currents which are left can tell.
+    """
+    rows = np.zeros((0, len(cube.free)))
+    _, dependence = assembly.recipe or ("", None)
+    names = [cube.params[k].name for k in cube.free]
+    for name, order in dependence.orders if dependence else ():
+        nodes = [f"{name}@{label}" for label in dependence.labels(order)] if dependence and order else []
+        for piece in dependence.pieces(order) if dependence and all(n in names for n in nodes) and nodes else ():
+            place = 2.0 * (piece.nodes - piece.low) / (piece.high - piece.low) - 1.0
+            powers = np.linalg.inv(np.vander(place, increasing=True))[1:]
+            own = np.zeros((piece.order, len(names)))
+            own[:, [names.index(nodes[c]) for c in piece.columns]] = powers * 10.0 ** np.arange(len(powers))[:, None]
+            rows = np.vstack([rows, own])
+    return rows
+
+
+def refitted(posed: LeastSquaresProblem, point: Array, groups: Index, bends: Array | None = None) -> Array:
     """Return where refits end that leave out one group of residuals each, (G, F).
 
     Parameters
@@ -85,22 +125,31 @@ def refitted(posed: LeastSquaresProblem, point: Array, groups: Index) -> Array:
         Optimum in the cube, (F,).
     groups
         Group of each residual (M,), -1 for what is in none.
+    bends
+        What is held small where the data do not tell it (C, F): what has seen a group would else stay in a refit.
     """
-    count, every = int(groups.max()) + 1, range(int(groups.max()) + 1)
-    base, slopes = posed.residuals(point[None, :])[0], sensitivities(posed.residuals, point)
+    count, every, residuals = int(groups.max()) + 1, range(int(groups.max()) + 1), posed.residuals
+    if bends is not None and len(bends):
+        weak = BENDS * float(np.linalg.norm(sensitivities(residuals, point), 2)) * bends
+        groups = np.concatenate([groups, np.full(len(bends), -1)])
+
+        def residuals(points: Array) -> Array:
+            return np.hstack([posed.residuals(points), points @ weak.T])
+
+    base, slopes = residuals(point[None, :])[0], sensitivities(residuals, point)
     # one that ended at a bound is held there
     slopes[:, np.minimum(point, 1.0 - point) < AT_BOUND] = 0.0
     kept = [groups != g for g in every]
     split = [np.linalg.svd(slopes[k], full_matrices=False) for k in kept]
     points, left = np.tile(point, (count, 1)), np.tile(base, (count, 1))
     best = np.array([float(np.sum(base[k] ** 2)) for k in kept])
-    for _ in range(STEPS):
+    for _ in range(STEPS if bends is None else FAR_STEPS):
         seen = [u.T @ left[g][kept[g]] for g, (u, _, _) in enumerate(split)]
         at, rows = points.copy(), left.copy()
         for damping in DAMPINGS:
             steps = [vt.T @ (s / (s**2 + damping * s[0] ** 2) * e) for e, (_, s, vt) in zip(seen, split, strict=True)]
             trial = np.clip(at - np.stack(steps), 0.0, 1.0)
-            tried = posed.residuals(trial)
+            tried = residuals(trial)
             for g in every:
                 square = float(np.sum(tried[g][kept[g]] ** 2))
                 if square < best[g]:
@@ -144,19 +193,25 @@ def left_out(
         return np.empty((0, len(point))), []
     posed = LeastSquaresProblem(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     starts = np.cumsum([0, *(len(b.target) for b in group.search)])
-    groups = np.full(int(starts[-1]) + 1, -1)
-    for number, unit in enumerate(units):
-        for k, samples in unit.members:
-            # a condition's folded block goes as a whole; of a test without cycles every sample is a target
-            groups[starts[k] : starts[k + 1]][samples] = number % REFITS
-    points = refitted(posed, point, groups)
-    rows: list[Remainder] = []
-    for number, unit in enumerate(units):
-        theta = cube.to_theta(points[[number % REFITS]])
-        errors = [differences(parts[k].block, assembly, theta)[0][samples] for k, samples in unit.members]
-        rows += _row(unit, parts, errors, assembly, LEFT_OUT)
-    ranges = [together(o.extents for o in rows if o is not r) for r in rows]
-    return points, [replace(r, beyond=beyond(others, r.extents)) for r, others in zip(rows, ranges, strict=True)]
+
+    def without(units: Sequence[Unit], role: str, bends: Array | None = None) -> tuple[Array, list[Remainder]]:
+        groups = np.full(int(starts[-1]) + 1, -1)
+        for number, unit in enumerate(units):
+            for k, samples in unit.members:
+                # a condition's folded block goes as a whole; of a test without cycles every sample is a target
+                groups[starts[k] : starts[k + 1]][samples] = number % REFITS
+        points = refitted(posed, point, groups, bends)
+        rows: list[Remainder] = []
+        for number, unit in enumerate(units):
+            theta = cube.to_theta(points[[number % REFITS]])
+            errors = [differences(parts[k].block, assembly, theta)[0][samples] for k, samples in unit.members]
+            rows += _row(unit, parts, errors, assembly, role)
+        ranges = [together(o.extents for o in rows if o is not r) for r in rows]
+        return points, [replace(r, beyond=beyond(others, r.extents)) for r, others in zip(rows, ranges, strict=True)]
+
+    points, rows = without(units, LEFT_OUT)
+    levels = levels_of(parts, assembly)
+    return points, rows + (without(levels, LEVEL_LEFT_OUT, bends_of(assembly, cube))[1] if levels else [])
 
 
 def borrowed(parts: Sequence[SegmentPart], assembly: Assembly, results: Sequence[Result]) -> list[Remainder]:
