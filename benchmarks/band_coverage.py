@@ -93,7 +93,7 @@ def run(name: str) -> dict[str, list[Row]]:
 
 
 def cells(rows: Sequence[Row]) -> list[str]:
-    """Return coverage by test and by sample, share of tests with at least 90 %, median half-width, and that over the error."""
+    """Return coverage by test and by sample, share of tests ≥ 90 %, median half-width, and that over the error."""
     values = {key: np.array([row[key] for row in rows]) for key in ("coverage", "half", "nrmse")}
     return [
         f"{100.0 * np.mean(values['coverage']):.1f} %",

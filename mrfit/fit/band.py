@@ -119,6 +119,11 @@ def promise(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> str:
     text += f"the {tests} that were judged by parameters fitted without them"
     if tests < ENOUGH:
         text += f"; fewer than {ENOUGH}: their errors are taken as log-normal"
+    levels = [r for _, result in closest for r in result.remainders if r.role == LEVEL_LEFT_OUT]
+    new = {p.segment.condition for p, result in closest if _is_new_current(result, [p], assembly)}
+    if new and levels:
+        told = len({r.condition for r in levels})
+        text += f"; at currents that no test had by {told} that were left out in turn: {', '.join(sorted(new))}"
     far = {p.segment.condition for p, result in closest if _beyond(result, [p], assembly) > 0.0}
     return text + (f"; wider beyond what was fitted: {', '.join(sorted(far))}" if far else "")
 

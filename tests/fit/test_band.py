@@ -12,7 +12,7 @@ import pytest
 import mrfit
 from mrfit.core.recording import Segment
 from mrfit.fit.band import own_width, unseen
-from mrfit.fit.diagnostics.remainders import LEFT_OUT
+from mrfit.fit.diagnostics.remainders import LEFT_OUT, LEVEL_LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import quantile_95
 from mrfit.fit.error_law import NORMAL
 from mrfit.io.schemas.band import Remainder
@@ -190,3 +190,31 @@ def segment(condition: str, cycles: int) -> Segment:
     return Segment(
         "x#1", condition, "x", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0.0, cycles, nan, nan, "predict"
     )
+
+
+def at_current(current: float, frequency: float, seed: int) -> mrfit.Recording:
+    """A damper whose friction saturates over the current, as no polynomial of it does."""
+    phase = 2.0 * np.pi * frequency * DT * np.arange(SAMPLES)
+    x, v = 0.01 * np.sin(phase), 0.02 * np.pi * frequency * np.cos(phase)
+    force = (50.0 + 500.0 * np.tanh(current)) * np.tanh(60.0 * v) + 900.0 * v
+    force = force + np.random.default_rng(seed).standard_normal(SAMPLES)
+    condition = {"current": np.full(SAMPLES, current)}
+    return mrfit.Recording.from_arrays(dt=DT, displacement=x, velocity=v, force=force, name=f"log{seed}", **condition)
+
+
+def test_at_a_current_that_no_test_had_the_band_is_told_by_currents_left_out() -> None:
+    """As many currents as the law has coefficients: the law passes through them all, and is wrong between."""
+    logs = [at_current(i, f, 10 * k + f) for k, i in enumerate((0.0, 2.0, 4.0)) for f in (1, 2)]
+    given = {"per": "all", "holdout": "none", "optimizer": "lsq", "progress": False}
+    fit = mrfit.fit(logs, "tanh", current_order={"fy": 2}, **given)
+    (result,) = fit.content.results
+    alone, levels = ([r for r in result.remainders if r.role == role] for role in (LEFT_OUT, LEVEL_LEFT_OUT))
+    assert len(alone) == 6 and len(levels) == 3
+    # what leaves a test out alone says of the law of current nothing at all
+    assert max(r.quantile for r in alone) < 5.0 < 50.0 < min(r.quantile for r in levels)
+    found = fit.predict([at_current(1.0, 1, 90), at_current(0.0, 3, 91)])
+    frame = found.to_frame().groupby("segment")[["measured", "low", "high"]]
+    between, known = (one["measured"].between(one["low"], one["high"]).mean() for _, one in frame)
+    widths = [float((one["high"] - one["low"]).mean()) for _, one in frame]
+    assert between == 1.0 and known > 0.9 and widths[0] > 10.0 * widths[1]
+    assert "at currents that no test had by 3 that were left out in turn: sine-1Hz-10mm-1A;" in found.promise

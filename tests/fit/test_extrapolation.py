@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mrfit.fit.extrapolation import ConditionInputs, extrapolations, together
+from mrfit.fit.extrapolation import ConditionInputs, extrapolations, is_new_current, together
 
 TIME = np.arange(1000) / 1000.0
 
@@ -56,3 +56,16 @@ def test_the_warning_says_how_far_and_where() -> None:
     (warning,) = extrapolations(TRAINED, [stretch(0.01, 3.0), stretch(0.01, 4.0), stretch(0.01, 1.0)])
     assert warning.kind == "extrapolation"
     assert warning.text.startswith("current reaches 4 A in sine-0.01 and 1 more segment; the fit was made at 0 to 2 A")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "new"),
+    [(0.0, 0.0, False), (2.05, 2.08, False), (1.0, 1.0, True), (2.2, 2.2, True), (0.0, 2.0, True)],
+)
+def test_a_current_is_new_that_no_test_had(low: float, high: float, new: bool) -> None:
+    fitted = [stretch(0.01, 0.0).extents(), stretch(0.02, 2.0).extents()]
+    assert is_new_current(fitted, {"current": (low, high)}) is new
+    # where it moved in a test it was everywhere on its way
+    moved = [*fitted, {"current": (0.0, 2.0)}]
+    assert is_new_current(moved, {"current": (low, high)}) is (high > 2.1)
+    assert not is_new_current(fitted, {"velocity": (-1.0, 1.0)})

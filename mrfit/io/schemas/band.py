@@ -34,7 +34,8 @@ class Remainder(Entry):
     Attributes
     ----------
     condition, role
-        Of which data: ``train`` and ``holdout`` by the fit, ``left-out`` by one without them.
+        Of which data: ``train`` and ``holdout`` by the fit, ``left-out`` by one without them,
+        ``level-left-out`` by one without any test of their current.
     quantile
         Magnitude that 95 of 100 residuals do not exceed, in the output's unit.
     reach
