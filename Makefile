@@ -45,9 +45,11 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
+# The coil is fitted beside the damper, on another core.
 demo: setup
-	$(MRFIT) run pipelines/damper.toml --work $(WORK)/damper
-	$(MRFIT) run pipelines/coil-eddy.toml --work $(WORK)/coil --quiet
+	$(MRFIT) run pipelines/coil-eddy.toml --work $(WORK)/coil --quiet & coil=$$!; \
+	$(MRFIT) run pipelines/damper.toml --work $(WORK)/damper; damper=$$?; \
+	wait $$coil && exit $$damper
 	$(MRFIT) figure parameters --format png --width 174mm --work $(WORK)/damper
 
 demo-discover: setup
