@@ -130,7 +130,7 @@ def render(discovery: Discovery, key: str) -> str:
 
 
 def _verdict(found: DiscoveryFile) -> list[Section]:
-    """Return what is concluded, which tests would settle what is not, and what is said of the law."""
+    """Return the sections on the conclusion, on open questions with the tests that would settle them, and on the law."""
     words = [Markup('<strong class="headline {}">{}</strong>').format(found.verdict, headline(found))]
     if nearer := nearer_law(found):
         text = (
@@ -157,7 +157,7 @@ def _effects(found: DiscoveryFile) -> Table:
 
 
 def _open_questions(found: DiscoveryFile) -> Section:
-    """Return what these data cannot tell apart, or what takes part of the gap, with the tests that would tell."""
+    """Return the section on effects that these data cannot tell apart, with the tests that would tell."""
     several = [effect_words(name) for name in found.ambiguous_set]
     rows: list[Sequence[object]] = []
     for row in found.suspects:

@@ -96,7 +96,7 @@ def levels_of(parts: Sequence[SegmentPart], assembly: Assembly) -> list[Unit]:
 
 
 def bends_of(assembly: Assembly, cube: Cube) -> Array:
-    """Return what free parameters (F,) add to the coefficients of their laws of current, (C, F), to higher orders more.
+    """Return the derivatives (C, F) of coefficients of laws of current by free parameters, higher orders weighted more.
 
     Held small, they make a law of the lowest order that the currents which are left can tell.
     """
@@ -115,7 +115,7 @@ def bends_of(assembly: Assembly, cube: Cube) -> Array:
 
 
 def refitted(posed: LeastSquaresProblem, point: Array, groups: Index, bends: Array | None = None) -> Array:
-    """Return where refits end that leave out one group of residuals each, (G, F).
+    """Return the ends (G, F) of refits that leave out one group of residuals each.
 
     Parameters
     ----------
