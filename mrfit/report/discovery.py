@@ -126,11 +126,12 @@ def render(discovery: Discovery, key: str) -> str:
     ]
     files = "discovery.json" + (", every sample's error: residuals.parquet" if figures else "")
     lead = f"Verdict: {found.verdict.replace('-', ' ')}"
-    return render_sections(f"Discovery on {found.base_model}", lead, (), sections, files, key=key)
+    page = render_sections(f"Discovery on {found.base_model}", lead, (), sections, files)
+    return page.replace("<title>", f'<meta name="mrfit-key" content="{key}">\n<title>', 1)
 
 
 def _verdict(found: DiscoveryFile) -> list[Section]:
-    """Return the sections on the conclusion, on open questions with the tests that would settle them, and on the law."""
+    """Return the sections on the conclusion, on what is open with tests that would settle it, and on the law."""
     words = [Markup('<strong class="headline {}">{}</strong>').format(found.verdict, headline(found))]
     if nearer := nearer_law(found):
         text = (

@@ -86,14 +86,9 @@ def render(
     sections: Sequence[Section],
     file: str,
     script: str = "",
-    key: str = "",
 ) -> str:
-    """Return a page.
-
-    ``file`` is the name of the JSON file with all numbers, ``script`` moves the figures, ``key`` is that of the data.
-    """
+    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures."""
     return template_of(SECTIONS_TEMPLATE).render(
-        key=key,
         title=title,
         lead=lead,
         facts=facts,
