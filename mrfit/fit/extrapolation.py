@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.core.channels import INTEGRALS, WARMTH, unit_of
+from mrfit.core.channels import CONTROL, INTEGRALS, WARMTH, unit_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Caution
 
@@ -81,11 +81,11 @@ def beyond(trained: Extents, reached: Extents) -> float:
 
 def is_new_current(fitted: Iterable[Extents], reached: Extents) -> bool:
     """Return whether a test has currents that no fitted test had: a law of current alone says what happens there."""
-    spans = [e["current"] for e in fitted if "current" in e]
-    if not spans or "current" not in reached:
+    spans = [e[CONTROL] for e in fitted if CONTROL in e]
+    if not spans or CONTROL not in reached:
         return False
     slack = SLACK * _size(min(low for low, _ in spans), max(high for _, high in spans))
-    low, high = reached["current"]
+    low, high = reached[CONTROL]
     return not any(a - slack <= low and high <= b + slack for a, b in spans)
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.core.channels import CONTROL
 from mrfit.core.specs import Array, Index
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.fit.extrapolation import SLACK, beyond, together
@@ -82,9 +83,9 @@ def levels_of(parts: Sequence[SegmentPart], assembly: Assembly) -> list[Unit]:
 
     A test left out alone is followed by its neighbours of the same current, and says nothing of the law of current.
     """
-    if "current" not in assembly.spec.inputs:
+    if CONTROL not in assembly.spec.inputs:
         return []
-    row = assembly.spec.inputs.index("current")
+    row = assembly.spec.inputs.index(CONTROL)
     currents = [np.asarray(part.inputs(row)) for part in parts]
     means = np.array([float(np.mean(c)) for c in currents])
     slack = SLACK * max(float(np.ptp(means)), float(np.max(np.abs(means))))
