@@ -18,8 +18,14 @@ from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
 from mrfit.ingest.time.clocks import is_called_clock, is_clock
 from mrfit.ingest.time.rate import rate_missing
 
-INTERVAL_NAMES = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
-ARRAY_RATE_NAMES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
+INTERVAL_NAMES = (
+    *("ts", "dt", "delta_t", "sample_time", "sampletime", "wf_increment"),
+    *("sample_interval", "sampling_interval", "sample_period", "sampling_period"),
+)
+ARRAY_RATE_NAMES = (
+    *("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate"),
+    *("sample_frequency", "sampling_frequency"),
+)
 DECIMATIONS = ("decimation", "decimation_factor", "decimate", "downsampling", "downsample")
 SAME_INTERVAL = 1e-3
 """Relative difference of intervals that are one, printed or computed differently."""

@@ -26,7 +26,7 @@ IN_NAME = (
 """An operator and a number behind a name, or before it."""
 TIGHT = re.compile(rf"(.*[^\W\d_])x({POWER_OF_TEN}){_END}(.*)")
 FACTOR_BEHIND = re.compile(rf"(.*\S)\s*[xX×*·⋅]\s*({POWER_OF_TEN})")
-FACTOR_BEFORE = re.compile(rf"[xX×*·⋅]?\s*({POWER_OF_TEN}|[1-9]\d*)\s*[xX×*·⋅]?\s*([^\W\d].*)")
+FACTOR_BEFORE = re.compile(rf"[xX×*·⋅]?\s*({POWER_OF_TEN}|[eE][+-]?\d+(?=\s)|[1-9]\d*)\s*[xX×*·⋅]?\s*([^\W\d].*)")
 
 
 def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column], list[Finding]]:
@@ -107,5 +107,6 @@ def multiplied(column: Column, factor: float) -> Column:
 def value_of(text: str) -> float:
     """Return a factor as a number: ``1000``, ``0,5``, ``10^3``, ``10³``."""
     plain = re.sub(r"^10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$", lambda m: f"1e{m[1].translate(SUPERSCRIPT_DIGITS)}", text)
+    plain = re.sub(r"^(?=[eE])", "1", plain)
     plain = re.sub(r"^10(?:\^|\*\*)\(?([+-]?\d+)\)?$", r"1e\1", plain)
     return float(plain.replace(",", ".").replace("∞", "inf"))

@@ -17,7 +17,8 @@ from mrfit.ingest.table import Column
 _NINES = [10.0**n - 1.0 + part for n in range(2, 10) for part in (0.0, 0.25, 0.9, 0.99, 0.999)]
 _LIMITS = [65535.0, 8388607.0, 8388608.0, 2147483647.0, 2147483648.0, 4294967295.0]
 _SCALED = [code / 10.0**n for code in (32767.0, 32768.0) for n in range(5)]
-_PRINTED = [1.0, 6999.0, 7999.0, 888.0, 8888.0, 88888.0, *(10.0**n for n in range(6, 30))]
+# the last two are what SCPI instruments print
+_PRINTED = [1.0, 6999.0, 7999.0, 888.0, 8888.0, 88888.0, *(10.0**n for n in range(6, 39)), 9.9e37, 9.91e37]
 MISSING_MARKS = np.array(
     sorted({sign * mark for mark in (*_NINES, *_LIMITS, *_SCALED, *_PRINTED) for sign in (1.0, -1.0)})
 )
