@@ -2,7 +2,7 @@
 
 python -m tests.ingest.odd_habits [--first 0] [--each 1]
 
-They were written without a look at the reader.
+Of the reader only the rule on stuck channels had been seen when they were written.
 """
 
 import io
