@@ -34,7 +34,7 @@ def test_many_odd_logs_are_right_or_left(kind: str, tmp_path: Path) -> None:
 
 
 LEFT_HABITS = ("units_behind_numbers", "numbers_of_instruments")
-"""Habits that can be known and may be refused: a second word in each cell, and a mark that no instrument is known by."""
+"""Habits that can be known and may be refused: a unit in each cell, and a mark that no instrument is known by."""
 
 
 def _right_or_left(kind: str, number: int, folder: Path) -> None:
