@@ -43,7 +43,9 @@ def section(path: Path) -> str:
     more = f"{left} more rows, and what else was measured" if left > 0 else "What else was measured"
     head = f"## {lines[0].removeprefix('# ')}"
     link = f"{more}: [benchmarks/{path.name}](benchmarks/{path.name})."
-    return "\n\n".join([head, "\n".join(words).strip(), "\n".join(table[: ROWS + 2]), link])
+    # a link of the benchmark's folder is seen from that above
+    said = "\n".join(words).strip().replace("](../", "](")
+    return "\n\n".join([head, said, "\n".join(table[: ROWS + 2]), link])
 
 
 def studies() -> str:
