@@ -24,7 +24,7 @@ def page(kind: Kind) -> str:
     items = {name: registry.load(kind, name) for name in own_names(kind)}
     parts = [f"# {kind.capitalize()}s", OPENING[kind], _contents(items)]
     if kind == "optimizer":
-        parts += [_strategy(name, own.spec.title, own.module) for name, own in strategies.STRATEGIES.items()]
+        parts += [_strategy(name, own.spec.title, own.module) for name, own in strategies.REGISTERED_STRATEGIES.items()]
     return "\n\n".join([*parts, *(_item(kind, name, module) for name, module in items.items())]) + "\n"
 
 

@@ -13,11 +13,11 @@ from mrfit.core.specs import Array
 from mrfit.core.workers import give_up
 
 # Points of each kind that are looked at, by powers of two, and kinds that are polished
-SOBOL, POLISHED = 5, 3
+SOBOL, TESTS_POLISHED = 5, 3
 # Evaluations of a polish, its population and first spread
-EVALUATIONS, POPULATION, SPREAD = 40, 8, 0.15
+TEST_EVALUATIONS, TEST_POPULATION, TEST_SPREAD = 40, 8, 0.15
 # Standard errors apart from which on a test is long enough
-ENOUGH = 30.0
+SCORE_ENOUGH = 30.0
 
 Judge = Callable[[Test], "ScoredTest | None"]
 Mask = NDArray[np.bool_]
@@ -85,7 +85,7 @@ class Task:
     judge: Judge
     wanted: Callable[[Array], Mask]
     kinds: Sequence[str]
-    enough: float = ENOUGH
+    enough: float = SCORE_ENOUGH
 
 
 @dataclass
@@ -139,7 +139,7 @@ def choose(task: Task, seed: int, progress: Progress) -> TestChoice:
     ranked.sort(key=lambda p: -p.judged.worth(mask))
     rng = np.random.default_rng([seed, len(kinds)])
     progress("tests", len(kinds), len(kinds) + 1)
-    ranked = [_polished(search, p, mask, rng) if k < POLISHED else p for k, p in enumerate(ranked)]
+    ranked = [_polished(search, p, mask, rng) if k < TESTS_POLISHED else p for k, p in enumerate(ranked)]
     ranked.sort(key=lambda p: -p.judged.worth(mask))
     tests = tuple(_long_enough(task, p.judged, mask) for p in ranked)
     most = np.max([p.judged.amounts for p in (*places, *ranked)], axis=0)
@@ -154,15 +154,15 @@ def _polished(search: _TestSearch, place: _Place, mask: Mask, rng: np.random.Gen
 
     options = {
         "bounds": [0.0, 1.0],
-        "popsize": POPULATION,
-        "maxfevals": EVALUATIONS,
+        "popsize": TEST_POPULATION,
+        "maxfevals": TEST_EVALUATIONS,
         # the library draws from the passed generator and leaves numpy's global state alone
         "seed": np.nan,
         "randn": lambda *shape: rng.standard_normal(shape),
         # maximally quiet, and no file in the working directory steers the run
         "verbose": -10,
     }
-    strategy = CMAEvolutionStrategy(np.clip(place.point, 0.01, 0.99), SPREAD, options)
+    strategy = CMAEvolutionStrategy(np.clip(place.point, 0.01, 0.99), TEST_SPREAD, options)
     best = place
     while not strategy.stop():
         points = strategy.ask()

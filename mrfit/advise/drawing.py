@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT, DOTS = 10.0, 4.6, 120
-POINTS = 3000
+LOOPS_WIDTH, HEIGHT, PNG_DOTS = 10.0, 4.6, 120
+LOOP_POINTS = 3000
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def loops(contest: RivalSet, test: Test, text: str) -> Loops:
     output = contest.standings[0].assembly.spec.output
     curves, across = _curves(contest, test, LOOPS.get(output, ("",))[0])
     with style():
-        canvas = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        canvas = Figure(figsize=(LOOPS_WIDTH, HEIGHT), layout="constrained")
         loop, apart = canvas.subplots(1, 2)
         _draw(loop, curves)
         loop.set(xlabel=_label(across), ylabel=_label(output), title="predicted loops")
@@ -61,7 +61,7 @@ def _saved(canvas: "Figure", text: str) -> tuple[str, bytes]:
 
     FigureCanvasAgg(canvas)
     image = io.BytesIO()
-    canvas.savefig(image, format="png", dpi=DOTS, metadata={"Software": None})
+    canvas.savefig(image, format="png", dpi=PNG_DOTS, metadata={"Software": None})
     return to_svg(canvas, text), image.getvalue()
 
 
@@ -91,13 +91,13 @@ def _typical(drawn: Array, point: Array) -> Array:
 
 def _draw(axes: "Axes", curves: list[_DrawnCurve]) -> None:
     for k, curve in enumerate(curves):
-        every = max(1, len(curve.output) // POINTS)
+        every = max(1, len(curve.output) // LOOP_POINTS)
         axes.plot(curve.across[::every], curve.output[::every], color=PALETTE[k % len(PALETTE)], label=curve.name)
 
 
 def _draw_apart(axes: "Axes", curves: list[_DrawnCurve], time: Array, noise: float) -> None:
     axes.axhspan(-noise, noise, color="#94a3b8", alpha=0.3, linewidth=0.0)
     for k, curve in enumerate(curves[1:], start=1):
-        every = max(1, len(curve.output) // POINTS)
+        every = max(1, len(curve.output) // LOOP_POINTS)
         apart = curve.output - curves[0].output
         axes.plot(time[::every], apart[::every], color=PALETTE[k % len(PALETTE)])

@@ -13,14 +13,14 @@ from mrfit.advise.rig import ChannelReach, Rig
 from mrfit.core.specs import Array
 
 # Cycles of a steady test, and more in as many seconds; a cycle fades in before them and one out behind
-CYCLES, STEADY = 6, 2.0
+TEST_CYCLES, STEADY_SECONDS = 6, 2.0
 FADES = 2
 # Least amplitude and ends of the time between changes of current, as shares of the largest amplitude and in s
 LEAST_AMPLITUDE = 0.1
 DWELLS = (0.15, 1.5)
 # Changes of current in a test, and the levels between its lowest and highest through which it goes
 CHANGES = 12
-LEVELS = (0.0, 0.5, 1.0, 0.5)
+CURRENT_STEP_LEVELS = (0.0, 0.5, 1.0, 0.5)
 # Times between changes differ by this share, so that they fall on all phases of the motion
 JITTER = 0.4
 GOLDEN = 0.6180339887498949
@@ -108,7 +108,7 @@ class RigBench:
     reach: ChannelReach
     current: tuple[float, float] | None
     dt: float
-    steady: float = STEADY
+    steady: float = STEADY_SECONDS
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -126,7 +126,7 @@ class RigBench:
 
 def least_cycles() -> int:
     """Return the fewest cycles of a test."""
-    return CYCLES + FADES
+    return TEST_CYCLES + FADES
 
 
 def test_at(kind: str, point: Array, bench: RigBench) -> Test:
@@ -179,8 +179,8 @@ def _largest(shape: Array, reach: ChannelReach) -> float:
 
 def _steady(kind: str, frequency: float, longest: float, bench: RigBench) -> Array:
     """Return whole cycles of a sine or triangle (3, N), no longer than allowed where the least number fits."""
-    cycles = max(CYCLES, math.ceil(bench.steady * frequency))
-    cycles = max(CYCLES, min(cycles, math.floor(longest * frequency) - FADES))
+    cycles = max(TEST_CYCLES, math.ceil(bench.steady * frequency))
+    cycles = max(TEST_CYCLES, min(cycles, math.floor(longest * frequency) - FADES))
     time = _times((cycles + FADES) / frequency, bench.dt)
     whole = _triangle(time, frequency) if kind == "triangle" else _sine(time, frequency)
     return _faded(whole, time, 1.0 / frequency)
@@ -271,7 +271,7 @@ def _current(kind: str, point: Array, samples: int, bench: RigBench) -> tuple[Ar
     begins = np.cumsum(dwells)
     time = np.arange(samples) * bench.dt
     place = np.searchsorted(begins, time, side="right")
-    wanted = bottom + (top - bottom) * np.array(LEVELS)[place % len(LEVELS)]
+    wanted = bottom + (top - bottom) * np.array(CURRENT_STEP_LEVELS)[place % len(CURRENT_STEP_LEVELS)]
     return _limited(wanted, bench), {"current": top, "low": bottom, "dwell": dwell}
 
 

@@ -9,7 +9,7 @@ from mrfit.advise.choose import Judge, Mask, ScoredTest, Task, TestChoice, choos
 from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.rig import Rig
-from mrfit.advise.rivals import NOTHING, Rival, rivals_of, spec_of
+from mrfit.advise.rivals import NO_MORE_RIVALS, Rival, rivals_of, spec_of
 from mrfit.advise.separation import RivalSet
 from mrfit.advise.specimen import Specimen, rigged_of, unmovable
 from mrfit.advise.standing import DRAWS, RivalModel, fitted
@@ -22,7 +22,7 @@ from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
 # Standard errors below which no test tells a pair apart
-APART = 3.0
+ERRORS_APART = 3.0
 # A second test to be held out differs by this factor in frequency, or by this share of the range in current
 OTHER_FREQUENCY, OTHER_CURRENT = 1.4, 0.2
 
@@ -83,11 +83,11 @@ def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: 
             return None
         return ScoredTest(test, contest.distances(shown))
 
-    chosen = choose(Task(rigged, judge, lambda most: most >= APART, rigged.kinds), seed, progress)
+    chosen = choose(Task(rigged, judge, lambda most: most >= ERRORS_APART, rigged.kinds), seed, progress)
     if not chosen.tests:
         limit = "diverges" if rig.force is None else f"diverges or takes more than its force, {rig.force:g}"
         raise ConfigError(f"every test within [rig] {limit}; give other limits")
-    separable = chosen.most >= APART
+    separable = chosen.most >= ERRORS_APART
     companion = _companion(rigged, judge, chosen.tests[0].test, separable, seed + 1)
     return SeparationAdvice(tuple(rivals), tuple(contest.pairs), contest.left(), separable, chosen, companion, contest)
 
@@ -124,7 +124,7 @@ def _movable(rivals: Sequence[Rival], bench: Bench, specimen: Specimen, rig: Rig
     """Return the rivals that the rig can show; of those that a discovery states it has to be all."""
     kept = []
     for rival in rivals:
-        inputs = () if rival.name == NOTHING else spec_of(rival.name).inputs
+        inputs = () if rival.name == NO_MORE_RIVALS else spec_of(rival.name).inputs
         lacking = unmovable(inputs, specimen, rig)
         # what was never recorded is no part of the data that a rival has to go with
         recorded = not rival.hidden or bench.channels.issuperset(inputs)
@@ -133,6 +133,6 @@ def _movable(rivals: Sequence[Rival], bench: Bench, specimen: Specimen, rig: Rig
         elif not rival.hidden:
             raise ConfigError(f"{rival.name} needs {lacking} to move, which [rig] does not state: add {lacking} to it")
     if len(kept) < 2:
-        names = ", ".join(r.name for r in rivals if r.name != NOTHING)
+        names = ", ".join(r.name for r in rivals if r.name != NO_MORE_RIVALS)
         raise DataError(f"no rival is left that the rig can show: [rig] moves, or the logs hold, not what {names} need")
     return kept

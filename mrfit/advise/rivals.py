@@ -9,8 +9,8 @@ from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
 
 # How a discovery says that its data show nothing of an effect
-UNSEEN = ("absorbed by what the model has", "cannot be judged")
-NOTHING = "nothing more"
+UNSEEN_REASONS = ("absorbed by what the model has", "cannot be judged")
+NO_MORE_RIVALS = "nothing more"
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Rival:
     Attributes
     ----------
     name
-        The effect that it has and the others have not; ``NOTHING`` for the model as found.
+        The effect that it has and the others have not; ``NO_MORE_RIVALS`` for the model as found.
     effects
         All its effects beside the base.
     hidden
@@ -95,11 +95,11 @@ def _hidden(found: DiscoveryFile, present: tuple[str, ...]) -> list[Rival]:
     unseen = [
         c.name
         for c in found.candidates
-        if c.name not in present and _exists(c.name) and (c.reason.startswith(UNSEEN) or c.name in confounded)
+        if c.name not in present and _exists(c.name) and (c.reason.startswith(UNSEEN_REASONS) or c.name in confounded)
     ]
     own = {f"{e.name}.{p.name}": p.value for e in found.effects for p in e.parameters}
     more = [Rival(n, tuple(sorted((*present, n))), hidden=True, start=own) for n in sorted(unseen)]
-    return [Rival(NOTHING, tuple(sorted(present)), start=own), *more]
+    return [Rival(NO_MORE_RIVALS, tuple(sorted(present)), start=own), *more]
 
 
 def _exists(name: str) -> bool:

@@ -13,7 +13,7 @@ from mrfit.advise.standing import FittedRival, stencil
 from mrfit.core.specs import Array
 
 # Samples of a test that are looked at; of a longer one every n-th, each standing for several
-SAMPLES = 4000
+TEST_SAMPLES = 4000
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class RivalSet:
         points, steps = stencil(standing.point)
         theta = standing.cube.to_theta(np.vstack([points, drawn]))
         rows = standing.assembly.simulate(rows_of(channels, standing.assembly), theta, test.dt)
-        every = -(-rows.shape[1] // SAMPLES)
+        every = -(-rows.shape[1] // TEST_SAMPLES)
         rows, peak = rows[:, ::every] * (np.sqrt(every) / self.noise), float(np.abs(rows[0]).max())
         if standing.assembly.spec.free_offset:
             time = np.linspace(-1.0, 1.0, rows.shape[1])

@@ -13,14 +13,14 @@ from mrfit.core.recording import FLUX_RESISTANCE
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError
-from mrfit.signal.smoothing import TIME
+from mrfit.signal.smoothing import TIME_CHANNEL
 from mrfit.simulate.assembly import Assembly
 
 TEMPERATURE, CURRENT = "temperature", "current"
 # Share of the rig's currents from which on those of the data are a range
 TESTED = 0.2
 # Channels that are what the record was made with, not what drives the specimen
-CONSTANTS = (FLUX_RESISTANCE,)
+SPECIMEN_CONSTANTS = (FLUX_RESISTANCE,)
 
 
 @dataclass(frozen=True)
@@ -72,14 +72,14 @@ class Specimen:
     def of(cls, bench: Bench, assembly: Assembly, rig: Rig) -> "Specimen":
         """Return what the data of a bench tell of a specimen."""
         channels = Channels.of(assembly.spec.output)
-        names = [n for n in dict.fromkeys(n for s in bench.stretches for n in s.names) if n != TIME]
+        names = [n for n in dict.fromkeys(n for s in bench.stretches for n in s.names) if n != TIME_CHANNEL]
         found = {n: [v for s in bench.stretches if (v := s.channel(n)) is not None] for n in names}
         levels = {n: float(np.mean([v.mean() for v in values])) for n, values in found.items() if values}
         return cls(channels, levels, _heating(bench, channels), rig.temperature)
 
     def moves(self, name: str, rig: Rig) -> bool:
         """Return whether a test can move a channel, or it needs not move."""
-        own = (self.channels.motion, self.channels.rate, self.channels.second, TIME, *CONSTANTS)
+        own = (self.channels.motion, self.channels.rate, self.channels.second, TIME_CHANNEL, *SPECIMEN_CONSTANTS)
         if name == TEMPERATURE:
             return rig.temperature is not None or self.heating > 0.0
         return name in own or name == CURRENT and rig.current is not None
@@ -95,7 +95,7 @@ class Specimen:
             channels[own.motion] = channels[own.motion] + self.levels.get(own.motion, 0.0)
         if len(test.current):
             channels[CURRENT] = test.current
-        channels[TIME] = test.time
+        channels[TIME_CHANNEL] = test.time
         if len(test.warmth) and self.temperatures:
             low, high = self.temperatures
             channels[TEMPERATURE] = low + (high - low) * test.warmth

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.advise.rivals import NOTHING, Rival, spec_of
+from mrfit.advise.rivals import NO_MORE_RIVALS, Rival, spec_of
 from mrfit.core.progress import Progress
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench
@@ -28,11 +28,11 @@ PRIOR = 0.5
 HIDDEN_SHARE, HIDDEN_MOST = 0.05, 0.1
 DRAWS = 6
 # Training samples that are looked at; of more every n-th, each standing for several
-SAMPLES = 100_000
+RIVAL_SAMPLES = 100_000
 # Step of the differences in the cube
 RIVAL_STEP = 1e-4
 # Evaluations of a descent for each free parameter, its tolerance, and floors above which it need not be exact
-NEARBY = Descent(60, 3e-4, 2.0)
+NEARBY_DESCENT = Descent(60, 3e-4, 2.0)
 
 
 class Stencil(NamedTuple):
@@ -121,7 +121,7 @@ def fitted(bench: Bench, model: RivalModel, rivals: Sequence[Rival], progress: P
     for k, rival in enumerate(rivals, start=1):
         progress("rivals", k, len(rivals) + 1)
         found.append(_standing(bench, model, rival, values))
-        if rival.name == NOTHING:
+        if rival.name == NO_MORE_RIVALS:
             values = found[-1].values
     progress("rivals", len(rivals) + 1, len(rivals) + 1)
     return found
@@ -169,7 +169,7 @@ def _standing(bench: Bench, model: RivalModel, rival: Rival, base: Mapping[str, 
     if rival.effects and not rival.hidden:
         # an effect without a value begins a little off its neutral one, where its sensitivity does not vanish
         starts = np.vstack([point, cube.to_points(_nudged(theta, cube, rival))])
-        outcome = search.run(_posed(bench, assembly, cube), starts, Limits(), np.random.default_rng(0), NEARBY)
+        outcome = search.run(_posed(bench, assembly, cube), starts, Limits(), np.random.default_rng(0), NEARBY_DESCENT)
         _check(outcome.cost, assembly)
         point = outcome.point
     evaluate = errors_of(bench, assembly, cube)
@@ -196,7 +196,7 @@ def stencil(point: Array) -> Stencil:
 
 def stride_of(bench: Bench) -> int:
     """Return the training samples for each one that is looked at."""
-    return -(-sum(s.segment.samples for s in bench.of_role("train")) // SAMPLES)
+    return -(-sum(s.segment.samples for s in bench.of_role("train")) // RIVAL_SAMPLES)
 
 
 def errors_of(bench: Bench, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:

@@ -24,7 +24,7 @@ from mrfit.io.workspace import plain
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-COLUMNS = ("test", "kind", "seconds", "waiting", "least", "drive")
+ADVICE_COLUMNS = ("test", "kind", "seconds", "waiting", "least", "drive")
 WIDTHS = ("parameter", "unit", "value", "before", "after")
 
 
@@ -60,7 +60,7 @@ class Advice:
             {"test": t.text, "least": min((t.distances[k] for k in apart), default=None), **vars(t)}
             for t in (*self.content.tests, *companion)
         ]
-        return frame_of(rows, COLUMNS)
+        return frame_of(rows, ADVICE_COLUMNS)
 
     @property
     def widths(self) -> "DataFrame":

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from mrfit.api.fitting import FitResult
 from mrfit.api.options import Options, check_names, settings_of, with_options
-from mrfit.api.preparing import SETTINGS, PreparedSegments, as_asked, prepared
+from mrfit.api.preparing import STAGE_SETTINGS, PreparedSegments, as_asked, prepared
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.compare import optimizers as compare_optimizers
@@ -103,7 +103,7 @@ class OptimizerComparison:
     @property
     def table(self) -> "DataFrame":
         """For each condition and optimizer the best, median and worst cost over the seeds, evaluations, seconds."""
-        return frame_of([asdict(r) for r in self.content.rows], compare_optimizers.COLUMNS, "optimizer")
+        return frame_of([asdict(r) for r in self.content.rows], compare_optimizers.OPTIMIZER_COLUMNS, "optimizer")
 
     def to_json(self) -> dict[str, Any]:
         """Return rows and curves."""
@@ -179,7 +179,7 @@ def compare(
         with one_blas_thread(), shown(progress) as told:
             return _optimizers(recordings, _names(optimizers), options, told)
     kind = compare_stage.Settings
-    check_names((kind, *SETTINGS), options)
+    check_names((kind, *STAGE_SETTINGS), options)
     settings = settings_of(kind, options, models=_names(models))
     compare_stage.check(settings)
     with one_blas_thread(), shown(progress) as told:
@@ -209,7 +209,7 @@ def _optimizers(
     recordings: Recording | Iterable[Recording], names: tuple[str, ...], options: Options, progress: Progress
 ) -> OptimizerComparison:
     """Compare optimizers on one model."""
-    kinds = (fit_stage.Settings, compare_optimizers.Settings, *SETTINGS)
+    kinds = (fit_stage.Settings, compare_optimizers.Settings, *STAGE_SETTINGS)
     check_names(kinds, options, ("optimizers", "fit", "optimizer", "seed"))
     if "model" not in options:
         raise ConfigError("optimizers are compared on one model: give model='…'")
@@ -221,4 +221,4 @@ def _optimizers(
     return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
 
 
-with_options(compare, (compare_stage.Settings, *SETTINGS), ("models",))
+with_options(compare, (compare_stage.Settings, *STAGE_SETTINGS), ("models",))

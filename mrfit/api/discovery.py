@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.api import drawing
 from mrfit.api.options import check_names, settings_of, with_options
-from mrfit.api.preparing import SETTINGS, as_asked, on_disk, prepared
+from mrfit.api.preparing import STAGE_SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
@@ -167,7 +167,7 @@ def discover(
         If the recordings lack what the model needs, or no segment is found.
     """
     kind = discover_stage.Settings
-    check_names((kind, *SETTINGS), options)
+    check_names((kind, *STAGE_SETTINGS), options)
     settings = settings_of(kind, options, model=model)
     discover_stage.check(settings)
     with one_blas_thread(), shown(progress) as told:
@@ -176,4 +176,4 @@ def discover(
             return Discovery(discover_stage.run(workspace, settings, told).found)
 
 
-with_options(discover, (discover_stage.Settings, *SETTINGS), ("model",))
+with_options(discover, (discover_stage.Settings, *STAGE_SETTINGS), ("model",))

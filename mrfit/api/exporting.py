@@ -9,7 +9,7 @@ from mrfit.api.recordings import PathText, several
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.export import stage
-from mrfit.export.source import OWN, ExportSource, LogStretch, runs, source_of
+from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch, runs, source_of
 from mrfit.report.source import Series
 from mrfit.settings.export import Settings
 
@@ -66,7 +66,7 @@ def _stretches(series: Series, raw: Mapping[str, Array]) -> list[LogStretch]:
     whole = {n: v for n, v in raw.items() if len(v) == len(series.time)}
     found = []
     for run, dt in runs(series.time):
-        inputs = {n: v[run] for n, v in series.inputs.items() if n not in OWN}
+        inputs = {n: v[run] for n, v in series.inputs.items() if n not in SOURCE_INPUTS}
         own = {n: v[run] for n, v in whole.items()}
         measured, simulated = series.measured[run], series.simulated[run]
         found.append(LogStretch(series.segment, series.condition, series.role, dt, inputs, measured, simulated, own))

@@ -10,7 +10,7 @@ import mrfit.segment.stage
 from mrfit.api import drawing
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.prediction import Prediction, predicted
-from mrfit.api.preparing import SETTINGS, Preparation, as_asked, prepared
+from mrfit.api.preparing import STAGE_SETTINGS, Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, parameters_of, text_table
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from mrfit.export.stage import ExportedFiles
 
 
-COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
+FIT_COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
 # Sets of parameters that are printed in full
-FEW = 3
+FEW_SETS = 3
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -88,7 +88,7 @@ class FitResult:
             for derived, some in ((False, result.parameters), (True, result.derived))
             for p in some
         ]
-        return frame_of(rows, (*COLUMNS, "determined", "identifiable", "fixed", "derived", "text"), "parameter")
+        return frame_of(rows, (*FIT_COLUMNS, "determined", "identifiable", "fixed", "derived", "text"), "parameter")
 
     @property
     def metrics(self) -> "DataFrame":
@@ -250,13 +250,15 @@ class FitResult:
     @property
     def _few(self) -> list[Result]:
         results = self.content.results
-        return results if len(results) <= FEW else results[:1]
+        return results if len(results) <= FEW_SETS else results[:1]
 
     @property
     def _said(self) -> list[str]:
         """Sentences printed below the tables."""
         number = len(self.content.results)
-        more = [f"{number} sets of parameters, of which the first is shown: params has all"] if number > FEW else []
+        more = (
+            [f"{number} sets of parameters, of which the first is shown: params has all"] if number > FEW_SETS else []
+        )
         return [*more, *map(str, self.warnings)]
 
 
@@ -295,7 +297,7 @@ def fit(
     >>> found.params.loc[["fy", "a1", "c"], "value"].round(2).to_dict()
     {'fy': 300.0, 'a1': 50.0, 'c': 900.0}
     """
-    check_names((fit_stage.Settings, *SETTINGS), options)
+    check_names((fit_stage.Settings, *STAGE_SETTINGS), options)
     settings = settings_of(fit_stage.Settings, options, model=model)
     fit_stage.check(settings)
     with one_blas_thread(), shown(progress) as told:
@@ -326,5 +328,5 @@ def _preparation(how: FitPreparation) -> Preparation:
     return Preparation(flux, mrfit.segment.stage.Settings(**asdict(how.segment)), how.resistance)
 
 
-with_options(fit, (fit_stage.Settings, *SETTINGS), ("model",))
+with_options(fit, (fit_stage.Settings, *STAGE_SETTINGS), ("model",))
 with_options(FitResult.export, (ExportSettings,), ())

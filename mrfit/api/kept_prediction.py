@@ -13,7 +13,7 @@ from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.prediction import PredictionFile
 from mrfit.io.workspace import Workspace, check_name, checked, write_json
 from mrfit.report.curves import sheets
-from mrfit.report.key import FORMATS
+from mrfit.report.key import TABLE_FORMATS
 from mrfit.report.prediction import figure_of
 from mrfit.report.source import Series, read_source
 from mrfit.report.svg import style
@@ -62,7 +62,7 @@ def save(
     DataError
         If the folder cannot be written.
     """
-    ending = next((e for e in FORMATS if name.endswith(e)), "")
+    ending = next((e for e in TABLE_FORMATS if name.endswith(e)), "")
     stem = name.removesuffix(ending)
     check_name(stem)
     folder, series = workspace.root / "predict", predicted_series(kept.fit, found, assembly)

@@ -14,7 +14,7 @@ from mrfit.core.recording import Recording
 from mrfit.io.dataset import Dataset
 from mrfit.io.workspace import Workspace
 
-SETTINGS = (mrfit.flux.stage.Settings, mrfit.segment.stage.Settings)
+STAGE_SETTINGS = (mrfit.flux.stage.Settings, mrfit.segment.stage.Settings)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class PreparedSegments:
 
 def as_asked(options: Options) -> Preparation:
     """Return the preparation of recordings by the options of a call."""
-    flux, segment = (settings_of(kind, options) for kind in SETTINGS)
+    flux, segment = (settings_of(kind, options) for kind in STAGE_SETTINGS)
     return Preparation(flux, segment)  # type: ignore[arg-type]
 
 

@@ -21,7 +21,7 @@ from mrfit.io.schemas.apply import Chatter
 # A swing counts from this share of the ride's greatest force on
 _SWING = 0.02
 # Turning points closer than this share of the fastest period of car or road belong to chatter: four times as fast
-SHARE = 1.0 / 8.0
+CHATTER_SHARE = 1.0 / 8.0
 # So many of them in a row make a burst, and bursts that take this share of the time are chatter
 BURST, _LEAST = 6, 0.02
 # A limit cycle: the second half of what follows the road's end has this share of the first half's rms acceleration, and
@@ -43,7 +43,7 @@ def look(ride: Ride, fastest: float) -> Chatter:
     """Return the findings of a ride, without a cause; ``fastest`` is the car's highest natural frequency in Hz."""
     turns, sizes = turning_points(ride.force)
     at = ride.time[turns]
-    quick = np.diff(at) <= SHARE / max(fastest, ride.road.top)
+    quick = np.diff(at) <= CHATTER_SHARE / max(fastest, ride.road.top)
     starts, stops = bursts(quick)
     inside = np.zeros(len(turns), dtype=bool)
     lasting = 0.0

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.report.curves import decimate
-from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
+from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED
 from mrfit.report.svg import import_matplotlib, inline, style, to_svg
 
 _POINTS = 1500
@@ -59,7 +59,7 @@ def figure(panels: Sequence[Panel], prefix: str, alt: str, across: int = 1, heig
 
     down = -(-len(panels) // across)
     with style():
-        canvas = Figure(figsize=(WIDTH, 0.4 + height * down), layout="constrained")
+        canvas = Figure(figsize=(FIGURE_WIDTH, 0.4 + height * down), layout="constrained")
         grid = canvas.subplots(down, across, squeeze=False).ravel()
         for axes, panel in zip(grid, panels, strict=False):
             if panel.band is not None:

@@ -10,7 +10,7 @@ from mrfit.apply.chain import DamperChain, Places
 from mrfit.apply.damper import Damper
 from mrfit.apply.plain import entry_for
 from mrfit.core import registry
-from mrfit.core.channels import CHANNELS, LEVELS
+from mrfit.core.channels import CHANNELS, LEVEL_CHANNELS
 from mrfit.core.protocols import HasStep, MovesDrive
 from mrfit.core.specs import Array
 from mrfit.effects.temperature import REFERENCE
@@ -173,7 +173,7 @@ class DamperProgram:
         own = {"kind": columns.DELAY, "state": self._place, "param": len(self._params), "late": len(self.channels)}
         self._params.append(dead)
         self._place += len(self.channels)
-        wires = [-1 if n not in CHANNELS else 0 if n in LEVELS else 1 for n in self.channels]
+        wires = [-1 if n not in CHANNELS else 0 if n in LEVEL_CHANNELS else 1 for n in self.channels]
         self._put(own, wires, dead + 3.0 * self._shortest)
 
     def _laws(self) -> tuple[Any, Any]:

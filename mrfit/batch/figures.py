@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.batch.fleet import RESIDUAL, Fleet, Group
 from mrfit.core.specs import Array
 from mrfit.report.curves import limits
-from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
+from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED
 from mrfit.report.numbers import unit_html
 from mrfit.report.svg import import_matplotlib, style, to_svg
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 BINS = 40
 # Places along the logs at which median and quantiles are drawn, however many logs there are
-PLACES = 200
+FIGURE_PLACES = 200
 # Quantiles between which values are drawn; what lies beyond would leave no room for the rest
-SHOWN = (0.005, 0.995)
+QUANTILES_SHOWN = (0.005, 0.995)
 # Panels side by side
-COLUMNS = 3
+PANEL_COLUMNS = 3
 # Outliers drawn of one parameter
-POINTS = 100
+FLEET_POINTS = 100
 
 
 def overview(fleet: Fleet) -> str:
@@ -36,13 +36,13 @@ def overview(fleet: Fleet) -> str:
 
     names = list(dict.fromkeys(g.parameter for g in fleet.groups))
     with style():
-        figure = Figure(figsize=(WIDTH, 0.4 + 1.7 * len(names)), layout="constrained")
+        figure = Figure(figsize=(FIGURE_WIDTH, 0.4 + 1.7 * len(names)), layout="constrained")
         panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=(1, 2))
         order = {log: k for k, log in enumerate(dict.fromkeys(log for g in fleet.groups for log in g.logs))}
         for (left, right), name in zip(panels, names, strict=True):
             own = [g for g in fleet.groups if g.parameter == name]
             at, values, label = _values(own, order)
-            low, high = np.quantile(values, SHOWN)
+            low, high = np.quantile(values, QUANTILES_SHOWN)
             room = 0.1 * (high - low) or 1e-9 + abs(high) * 0.01
             left.hist(np.clip(values, low, high), bins=BINS, range=(low - room, high + room), color=MEASURED)
             left.set(title=label, ylabel="Logs")
@@ -60,10 +60,10 @@ def over_current(fleet: Fleet) -> str:
 
     names = list(dict.fromkeys(g.parameter for g in fleet.groups))
     held = all(np.isfinite(g.current) for g in fleet.groups) and len({g.current for g in fleet.groups}) > 1
-    across = min(COLUMNS, len(names))
+    across = min(PANEL_COLUMNS, len(names))
     down = -(-len(names) // across)
     with style():
-        figure = Figure(figsize=(WIDTH, 0.4 + 2.3 * down), layout="constrained")
+        figure = Figure(figsize=(FIGURE_WIDTH, 0.4 + 2.3 * down), layout="constrained")
         panels = figure.subplots(down, across, squeeze=False).ravel()
         for axes, name in zip(panels, names, strict=False):
             own = [g for g in fleet.groups if g.parameter == name]
@@ -94,7 +94,7 @@ def _values(groups: Sequence[Group], order: dict[str, int]) -> tuple[Array, Arra
 
 
 def _over_logs(axes: "Axes", at: Array, values: Array) -> None:
-    pieces = np.array_split(np.arange(len(values)), min(PLACES, len(values)))
+    pieces = np.array_split(np.arange(len(values)), min(FIGURE_PLACES, len(values)))
     place = np.array([np.median(at[p]) for p in pieces])
     low, middle, high = np.array([np.quantile(values[p], (0.05, 0.5, 0.95)) for p in pieces]).T
     axes.fill_between(place, low, high, color=QUIET, alpha=0.35, linewidth=0.0)
@@ -105,7 +105,7 @@ def _marked(
     axes: "Axes", fleet: Fleet, groups: Sequence[Group], order: dict[str, int], limits: tuple[float, float]
 ) -> None:
     """Mark outliers; one that lies beyond what is drawn stands at its edge."""
-    own = [o for o in fleet.outliers if o.parameter == groups[0].parameter][:POINTS]
+    own = [o for o in fleet.outliers if o.parameter == groups[0].parameter][:FLEET_POINTS]
     relative = len(groups) > 1 and all(g.median != 0.0 for g in groups)
     shown = [np.clip(o.value / o.median if relative else o.value, *limits) for o in own]
     axes.set_ylim(limits)

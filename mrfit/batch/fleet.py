@@ -20,10 +20,10 @@ RESIDUAL = "NRMSE"
 """What an outlier by residual is an outlier of."""
 # Logs of one condition from which a distribution is judged, and a drift
 FEWEST, FEWEST_FOR_DRIFT = 8, 20
-# Robust z-score of an outlier at least (Iglewicz and Hoaglin 1993); of many values it is more, see LISTED
+# Robust z-score of an outlier at least (Iglewicz and Hoaglin 1993); of many values it is more, see LISTED_SHARE
 LEAST_Z = 3.5
 # Values that would be listed in a batch of sound logs, on average: the level of all tests together
-LISTED = 0.05
+LISTED_SHARE = 0.05
 # Standard deviations in a median absolute deviation, of a normal distribution
 TO_SIGMA = 1.4826
 # Share of the logs at either end whose medians tell how far a drift went
@@ -151,10 +151,10 @@ def date_of(log: str) -> float | None:
 
 
 def z_limit(tests: int) -> float:
-    """Return the z-score beyond which, of so many normal values, ``LISTED`` lie on average."""
+    """Return the z-score beyond which, of so many normal values, ``LISTED_SHARE`` lie on average."""
     from scipy.special import ndtri
 
-    return max(LEAST_Z, -float(ndtri(LISTED / (2 * max(tests, 1)))))
+    return max(LEAST_Z, -float(ndtri(LISTED_SHARE / (2 * max(tests, 1)))))
 
 
 def _groups(rows: Sequence[LogRow]) -> Iterator[Group]:
@@ -197,7 +197,7 @@ def _drift(group: Group, tests: int) -> Drift | None:
     from scipy.stats import spearmanr
 
     found = spearmanr(np.arange(len(group.values)), group.values)
-    if not found.pvalue < LISTED / tests:
+    if not found.pvalue < LISTED_SHARE / tests:
         return None
     count = max(1, round(ENDS * len(group.values)))
     first, last = float(np.median(group.values[:count])), float(np.median(group.values[-count:]))

@@ -13,7 +13,7 @@ from mrfit.io.schemas.batch import LogRow
 from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import plain, write_text
 
-NAME = "batch.jsonl"
+JOURNAL_NAME = "batch.jsonl"
 
 
 def read_journal(path: Path) -> dict[str, LogRow]:

@@ -14,7 +14,7 @@ from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import inline
 
 # Rows of a table of the page; the rest is in the table of all logs
-ROWS = 200
+PAGE_ROWS = 200
 # Rows of it that are shown before it is unfolded
 FIRST = 20
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -77,14 +77,14 @@ _DRIFTS = ("Parameter", "Condition", "Unit", "First tenth", "Last tenth", "Chang
 def _section(caption: str, heads: Sequence[str], rows: Sequence[Sequence[object]], total: int = 0) -> Section:
     """Return a section with a table of as many rows as a page takes, of so many that there are."""
     total = total or len(rows)
-    more = f" ({ROWS} of {total})" if total > ROWS else ""
-    return Section(caption + more, tables=[Table("", heads, rows[:ROWS], first=FIRST)])
+    more = f" ({PAGE_ROWS} of {total})" if total > PAGE_ROWS else ""
+    return Section(caption + more, tables=[Table("", heads, rows[:PAGE_ROWS], first=FIRST)])
 
 
 def _shown_groups(fleet: Fleet) -> list[Group]:
     """Return the groups by parameter and condition; where there are too many, those of most logs."""
     names = list(dict.fromkeys(g.parameter for g in fleet.groups))
-    most = sorted(fleet.groups, key=lambda g: -len(g.values))[:ROWS]
+    most = sorted(fleet.groups, key=lambda g: -len(g.values))[:PAGE_ROWS]
     return sorted(most, key=lambda g: (names.index(g.parameter), natural(g.condition)))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mrfit.batch import page, table
 from mrfit.batch.fleet import fleet_of
-from mrfit.batch.journal import NAME, Journal, read_journal, write_journal
+from mrfit.batch.journal import JOURNAL_NAME, Journal, read_journal, write_journal
 from mrfit.batch.log import ALONE, NO_SHEET, Job, LogResult, StageSettings, do, failed, made_of
 from mrfit.batch.parcel import packed, put
 from mrfit.batch.plan import plan
@@ -71,7 +71,7 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
     asked = StageSettings(*alone, settings.report, settings.sheet)
     with Workspace(work).locked():
         found = plan(folder, settings.like, work, asked, settings.table is None, progress)
-        journal = work / NAME
+        journal = work / JOURNAL_NAME
         earlier = read_journal(journal)
         due = [job for job in found.jobs if not _is_done(job, earlier.get(job.name))]
         new = _done(due, stages.fit.jobs, journal, progress)

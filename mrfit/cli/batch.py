@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mrfit.io.schemas.batch import BatchFile
 
 # Logs that failed, as many as are printed
-LISTED = 10
+LOGS_LISTED = 10
 Batch = Annotated[
     Path, typer.Option("--work", help="The batch's folder.", envvar="MRFIT_BATCH"), Default(Path("mrfit-batch"))
 ]
@@ -53,8 +53,8 @@ def show(summary: "BatchFile") -> None:
         f"{summary.logs - summary.done - summary.unchanged} refused unread); "
         f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}"
     )
-    for row in summary.failed[:LISTED]:
+    for row in summary.failed[:LOGS_LISTED]:
         console.say(f"failed: {row.error if row.log in row.error else f'{row.log}: {row.error}'}")
-    if failed > LISTED:
-        console.say(f"and {failed - LISTED} more, all on the page")
+    if failed > LOGS_LISTED:
+        console.say(f"and {failed - LOGS_LISTED} more, all on the page")
     console.say(f"table {summary.table}, page {summary.page}")

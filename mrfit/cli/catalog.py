@@ -14,7 +14,7 @@ from mrfit.cli.config import read_toml
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError, unknown_name
 
-CHUNK = 1 << 16
+DOWNLOAD_CHUNK = 1 << 16
 SECONDS = 30.0
 """Longest silence of a server."""
 MAP_NAME = "mrfit.toml"
@@ -245,7 +245,7 @@ def _download(entry: CatalogFile, folder: Path, sink: _Sink) -> None:
     import requests
 
     # compressed on the way, the length a server states would not be the file's
-    get = pooch.HTTPDownloader(chunk_size=CHUNK, timeout=SECONDS, headers={"Accept-Encoding": "identity"})
+    get = pooch.HTTPDownloader(chunk_size=DOWNLOAD_CHUNK, timeout=SECONDS, headers={"Accept-Encoding": "identity"})
     by_hand = f"or put the file into {folder} by hand: the same command then verifies it"
     try:
         get(entry.address, sink, None)

@@ -89,7 +89,7 @@ _COMPARE = table_of(mrfit.settings.compare.CompareOptions)
 _PREDICT = table_of(
     mrfit.settings.ingest.Settings, fit=(str, ...), logs=(list[str], Field(min_length=1)), save=(str, "")
 )
-_FIGURE = table_of(mrfit.settings.figure.Settings, kind=(Literal[mrfit.settings.figure.KINDS], ...))
+_FIGURE = table_of(mrfit.settings.figure.Settings, kind=(Literal[mrfit.settings.figure.FIGURE_KINDS], ...))
 _EXPORT = table_of(
     mrfit.settings.export.Settings,
     fit=(str, ...),

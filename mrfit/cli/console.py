@@ -53,9 +53,9 @@ INTERRUPTED = 130
 # Objects made, less those gone, after which those in cycles are collected; Python's own default is 700
 COLLECTED_AT = 50_000
 # Columns of a terminal below which tables have no frame, whose room their names need
-NARROW = 100
+NARROW_COLUMNS = 100
 # Columns of tables that go to a file or another program, where MRFIT_COLUMNS does not say
-WIDE = 150
+WIDE_COLUMNS = 150
 
 
 def print_json(summary: object) -> None:
@@ -111,18 +111,18 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
 
     # not COLUMNS: readline sets it for every process that a Python shell starts
     width = os.environ.get("MRFIT_COLUMNS", "")
-    console = Console(width=None if sys.stdout.isatty() else int(width) if width.isdecimal() else WIDE)
+    console = Console(width=None if sys.stdout.isatty() else int(width) if width.isdecimal() else WIDE_COLUMNS)
     table = Table(title=Text(visible(title), "italic"), title_justify="left", header_style="bold")
-    if console.width < NARROW:
+    if console.width < NARROW_COLUMNS:
         table.box, table.padding, table.show_edge, table.pad_edge = box.SIMPLE_HEAD, (0, 1, 0, 0), False, False
     for k, name in enumerate(columns):
         numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
-        lines = _broken(name, [cell(r[k]) for r in rows]) if console.width < NARROW else [name]
+        lines = _broken(name, [cell(r[k]) for r in rows]) if console.width < NARROW_COLUMNS else [name]
         # a number that is broken over two lines reads as two
         heading = Text("\n".join(map(visible, lines)))
         # as a name that is typed or copied, where the rest has room
         short = not k and max(map(len, [*lines, *(cell(r[0]) for r in rows)])) <= console.width // 3
-        whole = numeric or (short and console.width < NARROW)
+        whole = numeric or (short and console.width < NARROW_COLUMNS)
         table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=whole)
     for row in rows:
         table.add_row(*[Text(visible(cell(value))) for value in row])

@@ -11,7 +11,7 @@ from mrfit.cli.options import CommandAnswer, Plugins, Work, options
 
 @options()
 def figure(
-    kind: Annotated[str, typer.Argument(help=", ".join(mrfit.settings.figure.KINDS) + ".", show_default=False)],
+    kind: Annotated[str, typer.Argument(help=", ".join(mrfit.settings.figure.FIGURE_KINDS) + ".", show_default=False)],
     settings: mrfit.settings.figure.Settings,
     *,
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: report/paper in the workspace.")] = None,

@@ -10,7 +10,7 @@ from pathlib import Path
 from mrfit.io.atomic import opened_to_append
 from mrfit.io.escapes import visible
 
-NAME = "commands.log"
+LOGBOOK_NAME = "commands.log"
 # Functions of the commands that write into a workspace, ``predict`` with --save alone
 WRITING = {
     "advise",
@@ -30,7 +30,7 @@ WRITING = {
     "track",
 }
 # Those of which another run may write files of the same names
-NAMED = {"advise", "export", "figure", "invert", "predict", "quarter_car", "track"}
+COMMANDS_NAMED = {"advise", "export", "figure", "invert", "predict", "quarter_car", "track"}
 
 
 def append(work: Path, seconds: float) -> None:
@@ -44,5 +44,5 @@ def append(work: Path, seconds: float) -> None:
         f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {visible(shlex.join(['mrfit', *sys.argv[1:]]))}  # {seconds:.1f} s\n"
     )
     # one call: commands that end together do not mix their lines
-    with contextlib.suppress(OSError), opened_to_append(work / NAME) as handle:
+    with contextlib.suppress(OSError), opened_to_append(work / LOGBOOK_NAME) as handle:
         os.write(handle.fileno(), line.encode("utf-8", "backslashreplace"))

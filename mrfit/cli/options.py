@@ -185,7 +185,7 @@ def _keyword(name: str, default: object, annotation: object) -> inspect.Paramete
 @contextmanager
 def _told_of_replaced(command: str) -> Iterator[None]:
     """List the files that a command has replaced by other content, where it names them by what they show."""
-    if command not in logbook.NAMED:
+    if command not in logbook.COMMANDS_NAMED:
         yield
         return
     # help and completion load no file system code

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mrfit.ingest.stage import Preview
 
 Summary = dict[str, Any]
-METRIC_COLUMNS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
+PRINTED_METRICS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
 NUMBER = re.compile(r"[-+]?\d[\d.,e+-]*")
 # Characters for the columns of a table beside its first
 ROOM = 110
@@ -171,9 +171,9 @@ def fit(summary: Summary, work: Path) -> None:
 
 def _errors(title: str, summary: Summary) -> None:
     units = {n: unit_of(summary["output"]) if u == "y" else u for n, u in METRIC_UNITS.items()}
-    columns = [f"{n.removesuffix('_percent')} ({units[n]})" if units.get(n) else n for n in METRIC_COLUMNS]
+    columns = [f"{n.removesuffix('_percent')} ({units[n]})" if units.get(n) else n for n in PRINTED_METRICS]
     rows = [{**m, "nrmse": _of_hundred(m.get("nrmse"))} for m in summary["metrics"]]
-    print_table(title, columns, [numbers(m, METRIC_COLUMNS) for m in rows])
+    print_table(title, columns, [numbers(m, PRINTED_METRICS) for m in rows])
 
 
 def warnings(summary: Summary) -> None:
@@ -504,7 +504,7 @@ def item(name: str) -> Summary:
             module = registry.load(kind, name)
             spec = {k: v for k, v in asdict(module.SPEC).items() if not callable(v)}
             return {"kind": kind, **spec, "text": inspect.getdoc(module) or ""}
-    if own := strategies.STRATEGIES.get(name):
+    if own := strategies.REGISTERED_STRATEGIES.get(name):
         spec = {k: v for k, v in asdict(own.spec).items() if not callable(v)}
         return {"kind": "optimizer", **spec, "text": inspect.getdoc(own.module) or ""}
     known = [n for kind in registry.KINDS for n in registry.names(kind)]
@@ -515,7 +515,7 @@ def item(name: str) -> Summary:
     if singular in ("fit", "report", "segment", "recording") or (model != name and model in known):
         look = f"; `mrfit show {model}` says what its model is" if model in known else ""
         raise ConfigError(f"'{name}' belongs to a workspace: `mrfit status` lists what is in one{look}")
-    raise unknown_name("model", name, [*known, *strategies.STRATEGIES])
+    raise unknown_name("model", name, [*known, *strategies.REGISTERED_STRATEGIES])
 
 
 def show(found: Summary) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mrfit.io.schemas.compare import ModelErrors
 
 # Names written out in a reason
-SHOWN = 3
+FITS_SHOWN = 3
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
 
 
 def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    return ", ".join(names[:FITS_SHOWN]) + (f" and {len(names) - FITS_SHOWN} more" if len(names) > FITS_SHOWN else "")
 
 
 def _changed_logs(workspace: Workspace, rows: Sequence[About], progress: Progress) -> Iterator[str]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.io.schemas.compare import Curve, ModelErrors
-from mrfit.report.figures import PALETTE, QUIET, WIDTH, plain_log
+from mrfit.report.figures import FIGURE_WIDTH, PALETTE, QUIET, plain_log
 from mrfit.report.svg import import_matplotlib, style, to_svg
 
 LINES = ("-", "--", "-.", ":")
@@ -23,7 +23,7 @@ def error_map(fits: Sequence[str], metrics: Sequence[ModelErrors], called: Mappi
         if m.nrmse is not None:
             values[fits.index(m.fit), columns.index((m.role, m.condition))] = 100 * m.nrmse
     with style():
-        figure = Figure(figsize=(WIDTH, 1.6 + 0.3 * len(fits)), layout="constrained")
+        figure = Figure(figsize=(FIGURE_WIDTH, 1.6 + 0.3 * len(fits)), layout="constrained")
         axes = figure.add_subplot()
         axes.grid(False)
         ceiling = float(np.nanquantile(values, 0.9)) if np.isfinite(values).any() else 1.0
@@ -46,7 +46,7 @@ def convergence(curves: Sequence[Curve], unit: str) -> str:
     across = min(PANELS_ACROSS, len(conditions))
     down = -(-len(conditions) // across)
     with style():
-        figure = Figure(figsize=(WIDTH, 0.6 + 3.0 * down), layout="constrained")
+        figure = Figure(figsize=(FIGURE_WIDTH, 0.6 + 3.0 * down), layout="constrained")
         panels = figure.subplots(down, across, squeeze=False).ravel()
         for axes, condition in zip(panels, conditions, strict=False):
             own = [c for c in curves if c.condition == condition and c.cost]

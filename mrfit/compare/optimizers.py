@@ -32,10 +32,10 @@ from mrfit.search.starts import at_scales, characteristic_points, data_starts, t
 from mrfit.settings.compare import OfOptimizers
 from mrfit.simulate.current_levels import base_of
 
-COLUMNS = ("condition", "optimizer", "seeds", "best", "median", "worst", "evaluations", "seconds", "unit")
+OPTIMIZER_COLUMNS = ("condition", "optimizer", "seeds", "best", "median", "worst", "evaluations", "seconds", "unit")
 Settings = OfOptimizers
 # Evaluations at which the curves of several seeds are compared
-CURVE_POINTS = 200
+PROGRESS_POINTS = 200
 
 
 def check(settings: Settings) -> None:
@@ -228,7 +228,7 @@ def _row(condition: str, optimizer: str, runs: list[_OptimizerRun], output: str)
 def _median_curve(runs: list[_OptimizerRun]) -> tuple[list[float], list[float]]:
     """Return evaluations, spread evenly on a logarithmic scale, and the median over runs of the best cost by then."""
     last = max(r.evaluations for r in runs)
-    at = np.unique(np.round(np.geomspace(1, max(last, 2), CURVE_POINTS)))
+    at = np.unique(np.round(np.geomspace(1, max(last, 2), PROGRESS_POINTS)))
     costs = []
     for one in runs:
         steps = np.array(one.history)
@@ -241,6 +241,6 @@ def _median_curve(runs: list[_OptimizerRun]) -> tuple[list[float], list[float]]:
 
 def _write(folder: Path, summary: OptimizersFile, stable: OptimizersFile) -> None:
     rows = ({**asdict(row), "seconds": None if row.seconds is None else round(row.seconds, 4)} for row in summary.rows)
-    write_text(folder / "optimizers.csv", csv_table(COLUMNS, rows))
+    write_text(folder / "optimizers.csv", csv_table(OPTIMIZER_COLUMNS, rows))
     write_text(folder / "optimizers.html", optimizers_page(stable))
     write_json(folder / "optimizers.json", stable)

@@ -20,7 +20,7 @@ from mrfit.io.workspace import Workspace, checked, plain, write_json, write_text
 from mrfit.report.ranking import merit
 from mrfit.settings.compare import Settings as Settings
 
-COLUMNS = (
+MODEL_COLUMNS = (
     "model",
     "condition",
     "role",
@@ -33,7 +33,7 @@ COLUMNS = (
     "seconds",
     "fit",
 )
-ROLES = ("holdout", "train")
+COMPARED_ROLES = ("holdout", "train")
 Fitting = Callable[[fit_stage.Settings], Fit]
 
 
@@ -175,9 +175,9 @@ def summary_of(settings: Settings, tried: ModelFits) -> ModelsFile:
             settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
             models=[_row(fit) for fit in fits],
             metrics=[
-                ModelErrors(model=fit.model, fit=fit.name, **{k: getattr(m, k) for k in COLUMNS[1:-2]})
+                ModelErrors(model=fit.model, fit=fit.name, **{k: getattr(m, k) for k in MODEL_COLUMNS[1:-2]})
                 for fit in fits
-                for m in sorted(fit.metrics, key=lambda m: (ROLES.index(m.role), m.condition != "all"))
+                for m in sorted(fit.metrics, key=lambda m: (COMPARED_ROLES.index(m.role), m.condition != "all"))
             ],
             warnings=[
                 ModelCaution(model=fit.model, fit=fit.name, kind=w.kind, text=w.text)
@@ -192,7 +192,7 @@ def summary_of(settings: Settings, tried: ModelFits) -> ModelsFile:
 def _row(fit: Fit) -> ModelRow:
     errors = {
         f"{role}_{name}": getattr(fit.pooled(role), name, None)
-        for role in ROLES
+        for role in COMPARED_ROLES
         for name in ("nrmse", "fit_percent", "rmse")
     }
     return ModelRow(
@@ -212,7 +212,7 @@ def _write(folder: Path, summary: ModelsFile) -> None:
     for row in summary.metrics:
         spent = summary.seconds.get(row.fit)
         rows.append({**asdict(row), "seconds": None if spent is None else round(spent, 3)})
-    write_text(folder / "compare.csv", csv_table(COLUMNS, rows))
+    write_text(folder / "compare.csv", csv_table(MODEL_COLUMNS, rows))
     write_text(folder / "compare.html", models_page(summary))
     write_json(folder / "compare.json", summary)
 

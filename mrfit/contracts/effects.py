@@ -7,7 +7,7 @@ import numpy as np
 import pint
 
 from mrfit.contracts.check import Check, check_of, need, need_close
-from mrfit.contracts.signals import DT, SAMPLES, for_effects
+from mrfit.contracts.signals import CONTRACT_SAMPLES, DT, for_effects
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS
 from mrfit.core.protocols import SLOT_FUNCTIONS, Effect
@@ -183,7 +183,7 @@ def output_is_finite_within_the_bounds(effect: Effect) -> None:
     """The output is finite anywhere within the bounds."""
     for pair in pairs(effect):
         out = pair.out(anywhere(pair.spec, 64))
-        need(out.shape == (64, SAMPLES), f"shape {out.shape}")
+        need(out.shape == (64, CONTRACT_SAMPLES), f"shape {out.shape}")
         need(np.isfinite(out).all(), f"not finite on {pair.base.name}")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pint
 
 from mrfit.contracts.check import Check, check_of, need, need_close
-from mrfit.contracts.signals import DT, SAMPLES, for_models
+from mrfit.contracts.signals import CONTRACT_SAMPLES, DT, for_models
 from mrfit.core.channels import CHANNELS
 from mrfit.core.protocols import HasDerived, HasFarStarts, HasReduced, HasSensitivities, HasStartValues, Model
 from mrfit.core.specs import Array, ModelSpec
@@ -68,7 +68,7 @@ def units_are_known(model: Model) -> None:
 def response_is_a_finite_batch(model: Model) -> None:
     """The response to a batch is a contiguous array (P, N) of finite floats."""
     out = model.response(drive_of(model.SPEC), theta_of(model.SPEC, 5), DT)
-    need(out.shape == (5, SAMPLES), f"shape {out.shape} instead of {(5, SAMPLES)}")
+    need(out.shape == (5, CONTRACT_SAMPLES), f"shape {out.shape} instead of {(5, CONTRACT_SAMPLES)}")
     need(out.dtype == np.float64, f"type {out.dtype} instead of float64")
     need(out.flags.c_contiguous, "not contiguous")
     need(np.isfinite(out).all(), "not finite at the start values or near them")
@@ -161,13 +161,13 @@ def parameters_may_vary_along_the_samples(model: Model) -> None:
     spec = model.SPEC
     drive, theta = drive_of(spec), theta_of(spec, 3)
     constant = model.response(drive, theta, DT)
-    held = np.repeat(theta[:, :, None], SAMPLES, axis=2)
+    held = np.repeat(theta[:, :, None], CONTRACT_SAMPLES, axis=2)
     size = float(np.abs(constant).max())
     need_close(model.response(drive, held, DT), constant, 0.0, 1e-12 * size, "held parameters as (P, K, N)")
-    held[:, :, SAMPLES // 2 :] = theta_of(spec, 4)[1:, :, None]
+    held[:, :, CONTRACT_SAMPLES // 2 :] = theta_of(spec, 4)[1:, :, None]
     varied = model.response(drive, held, DT)
     need(np.isfinite(varied).all(), "not finite where parameters change")
-    before, after = np.s_[:, : SAMPLES // 2], np.s_[:, SAMPLES // 2 :]
+    before, after = np.s_[:, : CONTRACT_SAMPLES // 2], np.s_[:, CONTRACT_SAMPLES // 2 :]
     need_close(varied[before], constant[before], 0.0, 1e-5 * float(np.ptp(constant)), "before parameters change")
     need(not np.array_equal(varied[after], constant[after]), "a change of parameters makes no difference")
 
@@ -197,9 +197,9 @@ def start_values_are_inside_the_bounds(model: Model) -> None:
     drive = drive_of(spec)
     outputs = [
         model.response(drive, spec.start[None], DT)[0],
-        np.zeros(SAMPLES),
-        1e9 * rng.normal(size=SAMPLES),
-        np.linspace(-1, 1, SAMPLES),
+        np.zeros(CONTRACT_SAMPLES),
+        1e9 * rng.normal(size=CONTRACT_SAMPLES),
+        np.linspace(-1, 1, CONTRACT_SAMPLES),
     ]
     for inputs in (drive, np.zeros_like(drive), rng.normal(size=drive.shape), drive[:, :3]):
         for output in outputs:
@@ -252,7 +252,7 @@ def sensitivities_are_the_derivatives(model: Model) -> None:
     steps = np.tile(1e-6 * np.array([p.high - p.low for p in spec.params])[columns], (3, 1))
     steps = np.minimum(steps, 1e-3 * np.abs(theta[:, columns]) + 1e-9)
     rows, response = exact.sensitivities(drive, theta, DT, columns), model.response(drive, theta, DT)
-    need(rows.shape == (3, 1 + len(columns), SAMPLES), f"shape {rows.shape}")
+    need(rows.shape == (3, 1 + len(columns), CONTRACT_SAMPLES), f"shape {rows.shape}")
     need_close(rows[:, 0], response, 1e-9, 1e-9 * float(np.ptp(response)), "row 0")
     for q, column in enumerate(columns):
         ahead, behind = theta.copy(), theta.copy()

@@ -5,14 +5,14 @@ import numpy as np
 from mrfit.core.recording import FLUX_RESISTANCE
 from mrfit.core.specs import Array
 
-SAMPLES = 600
+CONTRACT_SAMPLES = 600
 DT = 2e-3
 
 
 def _wave() -> tuple[Array, Array, Array, Array]:
     """Return time and a sum of two sines with its exact derivatives."""
-    t = DT * np.arange(SAMPLES, dtype=np.float64)
-    x, v, a = np.zeros(SAMPLES), np.zeros(SAMPLES), np.zeros(SAMPLES)
+    t = DT * np.arange(CONTRACT_SAMPLES, dtype=np.float64)
+    x, v, a = np.zeros(CONTRACT_SAMPLES), np.zeros(CONTRACT_SAMPLES), np.zeros(CONTRACT_SAMPLES)
     for frequency, share, phase in ((2.0, 0.8, 0.0), (5.3, 0.2, 0.7)):
         w = 2 * np.pi * frequency
         x += share * np.sin(w * t + phase)
@@ -51,5 +51,5 @@ def for_effects() -> dict[str, Array]:
         "current": 0.8 + 0.7 * np.sin(2 * np.pi * 1.7 * t),
         "temperature": 25.0 + 30.0 * t / t[-1],
         "time": 3.0 + t,
-        FLUX_RESISTANCE: np.full(SAMPLES, 2.1),
+        FLUX_RESISTANCE: np.full(CONTRACT_SAMPLES, 2.1),
     }

@@ -83,7 +83,7 @@ ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
 INTEGRALS: Mapping[str, str] = {"displacement": "velocity"}
 """Channel -> its rate, from whose integral its course about its middle is known where it was not recorded."""
 
-LEVELS = ("current", "temperature")
+LEVEL_CHANNELS = ("current", "temperature")
 """Channels that are held at a level, or drift: constant where they were not recorded."""
 
 FAST_INPUTS = ("current", "displacement", "angle")
@@ -115,7 +115,7 @@ WARMTH = "temperature"
 LOCATED_BY = ("displacement", "velocity", "current", "temperature")
 """Channels by which it is said where an error lies, whether or not the model needs them."""
 
-STATE = ("current", "displacement", "velocity", "acceleration", "temperature")
+STATE_CHANNELS = ("current", "displacement", "velocity", "acceleration", "temperature")
 """What a model without physics takes as input."""
 
 REMEMBERED = ("current", "velocity")
@@ -124,7 +124,7 @@ REMEMBERED = ("current", "velocity")
 LOOP_AXES = ("velocity", "angular_velocity", "current", "displacement", "angle")
 """Channels over which people draw loops, in the order in which they are named where two fit alike."""
 
-MISSING: Mapping[str, str] = {
+MISSING_CHANNEL_ADVICE: Mapping[str, str] = {
     "flux": "give coil voltage and current in the channel map so that `mrfit flux` can reconstruct it",
 }
 """What to do where a log lacks an output, if it is not to name its column."""

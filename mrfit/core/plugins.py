@@ -33,7 +33,7 @@ VARIABLE = "MRFIT_PLUGINS"
 GROUPS: dict[Kind, str] = {kind: f"mrfit.{kind}s" for kind in KINDS}
 # Endings of the files of an installed package that can change what its items do
 CODE = frozenset((".py", ".toml", ".c", ".h", ".so", ".pyd", ".dll", ".dylib", ".fmu"))
-NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+ITEM_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 Function = TypeVar("Function", bound="Response")
 
 
@@ -315,7 +315,7 @@ def check(item: Any, kind: Kind, where: str) -> None:
     if kind_of(spec) != kind:
         raise ConfigError(f"{where}: its SPEC is no {kind}'s")
     name = str(spec.name)  # type: ignore[union-attr]
-    if not NAME.fullmatch(name) or (kind == "optimizer" and "-" in name):
+    if not ITEM_NAME.fullmatch(name) or (kind == "optimizer" and "-" in name):
         allowed = "small letters and digits" + ("" if kind == "optimizer" else ", joined by single hyphens")
         raise ConfigError(f"{where}: the name of the {kind} cannot be '{name}': use {allowed}")
     if isinstance(spec, EffectSpec) and spec.slot not in SLOT_FUNCTIONS:

@@ -10,7 +10,7 @@ from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
-from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
+from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED
 from mrfit.report.numbers import in_html, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
@@ -143,7 +143,7 @@ def figure(trends: Sequence[Trend]) -> str:
     chosen = sorted(trends, key=lambda t: not t.odd and t.change is None)[:PANELS_DRAWN]
     down = -(-len(chosen) // PANELS_ACROSS)
     with style():
-        canvas = Figure(figsize=(WIDTH, 0.4 + 2.4 * down), layout="constrained")
+        canvas = Figure(figsize=(FIGURE_WIDTH, 0.4 + 2.4 * down), layout="constrained")
         panels = canvas.subplots(down, PANELS_ACROSS, squeeze=False).ravel()
         for axes, trend in zip(panels, chosen, strict=False):
             _panel(axes, trend)

@@ -22,7 +22,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mrfit.core.channels import CHANNELS, LEVELS
+from mrfit.core.channels import CHANNELS, LEVEL_CHANNELS
 from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
 from mrfit.kernels.elements import rows_of
 from mrfit.kernels.filters import (
@@ -89,8 +89,8 @@ def moved(channels: Mapping[str, Array], theta: Array, dt: Steps) -> dict[str, A
     if dead == 0.0:
         return {}
     known = [n for n in channels if n in CHANNELS]
-    levels = [n for n in known if n in LEVELS]
-    found = {n: _cubic(plain(channels[n]), dead, dt) for n in known if n not in LEVELS}
+    levels = [n for n in known if n in LEVEL_CHANNELS]
+    found = {n: _cubic(plain(channels[n]), dead, dt) for n in known if n not in LEVEL_CHANNELS}
     if levels:
         before, share = (
             place_unevenly(dt, dead) if isinstance(dt, np.ndarray) else place(len(channels[levels[0]]), dead / dt)

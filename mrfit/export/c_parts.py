@@ -12,7 +12,7 @@ from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.errors import DataError
 from mrfit.export.c_context import BaseField, ChannelField, Context, CurveTable, EffectField, EffectFields, Memory
-from mrfit.export.frame import NAMES, Frame, ModelPart
+from mrfit.export.frame import FRAME_FUNCTIONS, Frame, ModelPart
 from mrfit.export.printer import ir
 from mrfit.export.printer.elements import CURVE, Element, Sight, element
 from mrfit.export.printer.functions import python_of
@@ -179,7 +179,7 @@ def own_functions() -> frozenset[str]:
     """Return the names of functions that every model may have."""
     elements = ["base", *map(_ident, registry.names("effect"))]
     words = ("step", "rest", "moved", "longest")
-    return frozenset({*NAMES, *(f"{e}_{word}" for e in elements for word in words)})
+    return frozenset({*FRAME_FUNCTIONS, *(f"{e}_{word}" for e in elements for word in words)})
 
 
 def _channel(source: ExportSource, name: str) -> ChannelField:

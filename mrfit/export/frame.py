@@ -17,7 +17,7 @@ from mrfit.export.printer.shaping import shape
 from mrfit.simulate.current_dependence import CurrentDependence, Order, coordinate, count, form_of, knee_of
 
 # Its functions, but those of each basis
-NAMES = (
+FRAME_FUNCTIONS = (
     "values_at inner tried changed driven is_number within curve_set late_of parameters_set is_moving tracker_plan "
     "prior differences means deviations"
 ).split()

@@ -14,7 +14,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
-from mrfit.export.source import OWN, ExportSource
+from mrfit.export.source import SOURCE_INPUTS, ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, c_comment, field, in_comment, number, wrapped
@@ -137,7 +137,7 @@ def drive_of(source: ExportSource) -> str:
         if name in source.channels or any(name == of for c in source.channels for of, _ in ANTIDERIVATIVES.get(c, ())):
             return name
     first = source.spec.inputs[0]
-    if first in OWN:
+    if first in SOURCE_INPUTS:
         raise DataError(f"--to lookup: {source.assembly.name} has no velocity and no other drive")
     return first
 

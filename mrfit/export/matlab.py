@@ -24,7 +24,7 @@ from mrfit.settings.export import Settings
 # Value of a field of a struct: text, rows of text, or a struct
 Value: TypeAlias = str | list[list[str]] | Mapping[str, "Value"]
 # Samples of a segment, and segments, on which Octave compares: it takes a millisecond a step
-SAMPLES, _SEGMENTS = 400, 3
+EXAMPLE_SAMPLES, _SEGMENTS = 400, 3
 
 
 def files(source: ExportSource, settings: Settings) -> Files:
@@ -100,9 +100,9 @@ def _difference(source: ExportSource, parts: Parts, text: str) -> Difference:
     short = tuple(
         replace(
             s,
-            inputs={n: v[:SAMPLES] for n, v in s.inputs.items()},
-            measured=s.measured[:SAMPLES],
-            simulated=s.simulated[:SAMPLES],
+            inputs={n: v[:EXAMPLE_SAMPLES] for n, v in s.inputs.items()},
+            measured=s.measured[:EXAMPLE_SAMPLES],
+            simulated=s.simulated[:EXAMPLE_SAMPLES],
         )
         for s in source.stretches[:_SEGMENTS]
     )

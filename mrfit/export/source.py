@@ -15,15 +15,15 @@ from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
-from mrfit.signal.smoothing import TIME
+from mrfit.signal.smoothing import TIME_CHANNEL
 from mrfit.simulate.assembly import SLOTS, Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.uneven import simulate_unevenly
 
 # Channels that no user sets: they follow from the others
-OWN = (TIME, FLUX_RESISTANCE)
+SOURCE_INPUTS = (TIME_CHANNEL, FLUX_RESISTANCE)
 # Most samples on which an export is compared with the simulation
-COMPARED = 200_000
+SAMPLES_COMPARED = 200_000
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class ExportSource:
     @property
     def channels(self) -> tuple[str, ...]:
         """The inputs a user sets, in the order of the SPEC."""
-        return tuple(n for n in self.spec.inputs if n not in OWN)
+        return tuple(n for n in self.spec.inputs if n not in SOURCE_INPUTS)
 
     @cached_property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -162,7 +162,7 @@ class ExportSource:
     def drive(self, stretch: LogStretch) -> Array:
         """Return the inputs of a stretch (C, N) in the order of the SPEC; time counts from its first sample."""
         samples = len(stretch.measured)
-        rows = {TIME: np.arange(samples) * stretch.dt, FLUX_RESISTANCE: np.zeros(samples), **stretch.inputs}
+        rows = {TIME_CHANNEL: np.arange(samples) * stretch.dt, FLUX_RESISTANCE: np.zeros(samples), **stretch.inputs}
         return np.stack([np.asarray(rows[n], dtype=np.float64) for n in self.spec.inputs])
 
     def simulate(self, drive: Array, dt: Steps) -> Array:
@@ -174,9 +174,9 @@ class ExportSource:
             return np.asarray(self.assembly.simulate(whole, theta, dt)[0])
 
     def compared(self) -> list[tuple[Array, float]]:
-        """Return drives (C, N) of the logs with their dt in s, ``COMPARED`` samples at most."""
-        share = max(COMPARED // max(len(self.stretches), 1), 500)
-        return [(self.drive(s)[:, :share], s.dt) for s in self.stretches][: COMPARED // 500]
+        """Return drives (C, N) of the logs with their dt in s, ``SAMPLES_COMPARED`` samples at most."""
+        share = max(SAMPLES_COMPARED // max(len(self.stretches), 1), 500)
+        return [(self.drive(s)[:, :share], s.dt) for s in self.stretches][: SAMPLES_COMPARED // 500]
 
 
 def runs(time: Array) -> list[tuple[Index, float]]:

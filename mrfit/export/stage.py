@@ -11,12 +11,12 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError, MrfitError
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.source import ExportSource
-from mrfit.export.text import LONGEST
+from mrfit.export.text import LONGEST_SYMBOL
 from mrfit.io.atomic import write_atomic
 from mrfit.settings.export import Settings
 
 # Format -> module that has its ``files(source, settings)``
-FORMATS = {
+EXPORT_FORMATS = {
     "c": "c",
     "fmu": "fmu",
     "json": "json_file",
@@ -69,10 +69,10 @@ def check(formats: Sequence[str]) -> None:
         If one does not.
     """
     if not formats:
-        raise ConfigError(f"--to: name a format: {', '.join(FORMATS)}")
+        raise ConfigError(f"--to: name a format: {', '.join(EXPORT_FORMATS)}")
     for name in formats:
-        if name not in FORMATS:
-            raise ConfigError(f"--to {name}: no such format; choose one of {', '.join(FORMATS)}")
+        if name not in EXPORT_FORMATS:
+            raise ConfigError(f"--to {name}: no such format; choose one of {', '.join(EXPORT_FORMATS)}")
 
 
 def run(
@@ -99,7 +99,7 @@ def run(
     written = ExportedFiles(folder)
     for done, name in enumerate(asked):
         progress("exporting", done, len(asked))
-        module: Any = importlib.import_module(f"mrfit.export.{FORMATS[name]}")
+        module: Any = importlib.import_module(f"mrfit.export.{EXPORT_FORMATS[name]}")
         write: Callable[[ExportSource, Settings], Files] = module.files
         try:
             made[name] = write(source, settings)
@@ -129,10 +129,10 @@ def _prefixed(source: ExportSource, prefix: str) -> ExportSource:
     """
     if not prefix:
         return source
-    if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST - 1}}}", prefix) or prefix_of(prefix) != prefix:
+    if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_SYMBOL - 1}}}", prefix) or prefix_of(prefix) != prefix:
         raise ConfigError(
-            f"--prefix takes up to {LONGEST} letters, digits and underscores that no language or function of mrfit's "
-            f"has taken, such as front_damper, not '{prefix}'"
+            f"--prefix takes up to {LONGEST_SYMBOL} letters, digits and underscores that no language or function of "
+            f"mrfit's has taken, such as front_damper, not '{prefix}'"
         )
     return replace(source, prefix=prefix)
 

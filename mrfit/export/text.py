@@ -7,11 +7,11 @@ from collections.abc import Iterable
 
 from mrfit.io.escapes import visible
 
-WIDTH = 112
+LINE_WIDTH = 112
 # Of a name in C, which linkers cut after 31 characters: room is left for what follows it
-LONGEST = 24
+LONGEST_SYMBOL = 24
 # What a field must not be called: words of C, its macros here, and of Modelica and MATLAB where fields become variables
-RESERVED = frozenset(
+RESERVED_WORDS = frozenset(
     "auto break case char const continue default do double else enum extern float for goto if inline int long register "
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while K".split()
 )
@@ -36,7 +36,7 @@ def wrapped(lines: Iterable[str]) -> list[str]:
     """Return lines cut to the page's width, what belongs together indented."""
     found = list[str]()
     for line in lines:
-        cut = textwrap.wrap(line, WIDTH, subsequent_indent="    ", break_long_words=True, break_on_hyphens=False)
+        cut = textwrap.wrap(line, LINE_WIDTH, subsequent_indent="    ", break_long_words=True, break_on_hyphens=False)
         found += cut or [""]
     return found
 
@@ -47,21 +47,21 @@ def c_comment(lines: Iterable[str]) -> str:
     return "\n".join(["/*", *inside, " */"])
 
 
-def identifier(text: str, longest: int = LONGEST) -> str:
+def identifier(text: str, longest: int = LONGEST_SYMBOL) -> str:
     """Return a name that C, MATLAB and Modelica take, of any text."""
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_") or "fit"
     if len(name) > longest:
         # long names that begin alike stay apart
         name = f"{name[: longest - 5].strip('_')}_{hashlib.sha256(text.encode(errors='replace')).hexdigest()[:4]}"
     name = name if name[0].isalpha() else f"fit_{name}"
-    return f"{name}_" if name in RESERVED else name
+    return f"{name}_" if name in RESERVED_WORDS else name
 
 
 def field(text: str) -> str:
     """Return a parameter's or channel's name as that of a field."""
     name = re.sub(r"[^A-Za-z0-9_]", "_", text) or "_"
     name = name if name[0].isalpha() else f"p_{name}"
-    return f"{name}_" if name in RESERVED else name
+    return f"{name}_" if name in RESERVED_WORDS else name
 
 
 def number(value: float) -> str:

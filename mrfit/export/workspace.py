@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.source import OWN, LogStretch, runs
+from mrfit.export.source import SOURCE_INPUTS, LogStretch, runs
 from mrfit.fit.predict import read_fit
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.unreadable import reading
@@ -77,7 +77,7 @@ def _pieces(
     raw = _raw(segment, workspace) if segment else {}
     found = []
     for run, dt in runs(time):
-        inputs = {n: v[run] for n, v in columns.items() if n not in ("time", "measured", "simulated", *OWN)}
+        inputs = {n: v[run] for n, v in columns.items() if n not in ("time", "measured", "simulated", *SOURCE_INPUTS)}
         at = np.rint(time[run] / dt).astype(np.int64)
         own = {n: v[at] for n, v in raw.items() if at[-1] < len(v)}
         measured, simulated = columns["measured"][run], columns["simulated"][run]

@@ -15,7 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.core.width import Width
 from mrfit.fit.diagnostics.remainders import LEFT_OUT, LEVEL_LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, quantile_95
-from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
+from mrfit.fit.error_law import ERRORS_ENOUGH, NORMAL, ErrorLaw
 from mrfit.fit.extrapolation import Extents, beyond, is_new_current, together
 from mrfit.fit.predict import SegmentPrediction, closest_result, stretch_of, theta_of
 from mrfit.fit.result import simulate_block
@@ -25,7 +25,7 @@ from mrfit.search.cube import Cube
 from mrfit.search.parts import SegmentPart
 from mrfit.simulate.assembly import Assembly
 
-FEWEST = 4.0
+BAND_WORTH_MIN = 4.0
 """Independent samples, or degrees of freedom, below which a quantile is not made wider."""
 TELLING = 3
 """Refits from which their scatter says what the data leave open."""
@@ -67,7 +67,7 @@ def own_width(rows: Sequence[Remainder], segment: Segment) -> float | None:
     """Return the half-width of a periodic test whose condition was fitted, None of any other; wider where few tell."""
     out = (LEFT_OUT, LEVEL_LEFT_OUT)
     own = [r for r in rows if r.condition == segment.condition and r.role not in out and segment.cycles]
-    widths = [r.quantile * quantile_95(max(r.independent, FEWEST)) / NORMAL for r in own if r.quantile > 0.0]
+    widths = [r.quantile * quantile_95(max(r.independent, BAND_WORTH_MIN)) / NORMAL for r in own if r.quantile > 0.0]
     return max(widths, default=None) if any(r.role == "train" for r in own) else None
 
 
@@ -117,8 +117,8 @@ def promise(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> str:
         return text + "those that were fitted; other conditions call for a fit with --per all"
     tests = round(sum(r.share for r in rows))
     text += f"the {tests} that were judged by parameters fitted without them"
-    if tests < ENOUGH:
-        text += f"; fewer than {ENOUGH}: their errors are taken as log-normal"
+    if tests < ERRORS_ENOUGH:
+        text += f"; fewer than {ERRORS_ENOUGH}: their errors are taken as log-normal"
     levels = [r for _, result in closest for r in result.remainders if r.role == LEVEL_LEFT_OUT]
     new = {p.segment.condition for p, result in closest if _is_new_current(result, [p], assembly)}
     if new and levels:
@@ -157,7 +157,7 @@ def _spread(part: SegmentPart, assembly: Assembly, result: Result, found: Segmen
     drawn = np.array([_simulated(part, assembly, t, found) for t in theta])
     finite = np.isfinite(drawn).all(axis=1)
     spread: Array = drawn[finite].std(axis=0) if finite.any() else np.zeros(drawn.shape[1])
-    return quantile_95(max(refits.degrees, FEWEST)) * math.sqrt(refits.factor) * spread
+    return quantile_95(max(refits.degrees, BAND_WORTH_MIN)) * math.sqrt(refits.factor) * spread
 
 
 def _simulated(part: SegmentPart, assembly: Assembly, theta: Array, found: SegmentPrediction) -> Array:

@@ -9,7 +9,7 @@ from mrfit.core.specs import ModelSpec, Param
 from mrfit.io.columns import span
 from mrfit.settings.forms import Limits
 
-SHARE = 4.0
+BOUND_SPAN_FACTOR = 4.0
 """Half the span of the output, times this, that the bounds of a model must reach: a yield force is less than the force,
 and the damping of a slow test more of it than its usual share."""
 
@@ -32,7 +32,7 @@ def bounds_of_size(spec: ModelSpec, recordings: Sequence[Recording]) -> Limits:
         return ()
     most = max(p.high for p in usual)
     least = min((p.low for p in usual if p.scale == "log"), default=0.0)
-    up = 10.0 ** max(math.ceil(math.log10(SHARE * size / most)), 0)
+    up = 10.0 ** max(math.ceil(math.log10(BOUND_SPAN_FACTOR * size / most)), 0)
     down = 10.0 ** min(math.floor(math.log10(size / (10.0 * least))), 0) if least else 1.0
     if up == down == 1.0:
         return ()

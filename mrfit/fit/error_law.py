@@ -16,8 +16,8 @@ from scipy.special import ndtr, stdtrit
 from mrfit.core.specs import Array
 from mrfit.io.schemas.band import Remainder
 
-SHARE, NORMAL = 0.95, 1.96
-ENOUGH = 39
+COVERED_SHARE, NORMAL = 0.95, 1.96
+ERRORS_ENOUGH = 39
 """Tests from which their ranks alone say what 95 of 100 samples of another one do not exceed, whatever the law.
 
 One more test of which nothing is known then takes no more than half of the other five.
@@ -28,7 +28,7 @@ One more test of which nothing is known then takes no more than half of the othe
 # short, and of fits to three tests 79 % of samples lay within, not 86 %
 SCATTER, WORTH = 0.6, 3.0
 SLOPES, LOOSENESS = np.array([0.2, 0.5]), np.array([0.3, 0.5])
-LEVELS = (np.arange(400) + 0.5) / 400.0
+ERROR_QUANTILES = (np.arange(400) + 0.5) / 400.0
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ class ErrorLaw:
         place = np.array([1.0, math.log(max(reach, 1e-300)) - self.middle, beyond])
         centre = float(place @ self.coefficients)
         spread = self.scatter * math.sqrt(1.0 + float(place @ self.inverse @ place))
-        half = _holding(spread * np.asarray(stdtrit(self.degrees, LEVELS), dtype=np.float64))
-        if len(self.off) >= ENOUGH:
+        half = _holding(spread * np.asarray(stdtrit(self.degrees, ERROR_QUANTILES), dtype=np.float64))
+        if len(self.off) >= ERRORS_ENOUGH:
             # one more test, of which nothing is known, and which no width holds
             half = max(half, _holding(np.append(self.off, math.inf)))
         return math.exp(centre) * half
@@ -96,7 +96,7 @@ def _holding(errors: Array) -> float:
     """
 
     def lacking(width: float) -> float:
-        return SHARE - float(np.mean(2.0 * ndtr(NORMAL * np.exp(width - errors)) - 1.0))
+        return COVERED_SHARE - float(np.mean(2.0 * ndtr(NORMAL * np.exp(width - errors)) - 1.0))
 
     known = errors[np.isfinite(errors)]
     return math.exp(brentq(lacking, known.min() - 1.0, known.max() + 5.0, xtol=1e-4))

@@ -26,7 +26,7 @@ PARTIAL = ".partial"
 
 
 # What a reader of a damaged fit.json is to do
-AGAIN = "delete it and run `mrfit fit` again"
+FIT_AGAIN = "delete it and run `mrfit fit` again"
 AnyFit = TypeVar("AnyFit", bound=Fit)
 
 
@@ -58,12 +58,12 @@ def read_fit_json(path: Path, kind: type[AnyFit]) -> AnyFit | None:
     DataError
         If it is damaged, of an unknown schema, or lacks a parameter of its model.
     """
-    fit = load(path, kind, AGAIN)
+    fit = load(path, kind, FIT_AGAIN)
     if fit is not None:
         names = set(as_written(fit).spec.names)
         if not fit.results or any(names - {p.name for p in r.parameters} for r in fit.results):
             check_law(fit)
-            raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {AGAIN}")
+            raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {FIT_AGAIN}")
     return fit
 
 

@@ -29,9 +29,9 @@ from mrfit.simulate.assembly import Assembly
 
 BANDS = 6
 # Fewer bands with data tell no curve from a line
-FEWEST = 3
+FORM_BANDS_MIN = 3
 # Evaluations for each parameter and one more, where a form is fitted to some bands
-EVALUATIONS = 150
+FORM_EVALUATIONS = 150
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def chosen(dataset: Dataset, settings: Settings, identified: Identified) -> FitO
         candidates.append(FormCandidate(form, own, identified(own, form.name)))
     blocks, weights = _training(candidates[0], dataset)
     bands = _bands(blocks, candidates[0].fitted.assembly, channel, least)
-    if len(bands) < FEWEST:
+    if len(bands) < FORM_BANDS_MIN:
         return _unchosen(candidates[0], channel)
     able = [c for c in candidates if _acting(c, blocks) <= len(bands) - 2]
     errors = np.array([_left_out(c, blocks, weights, bands, settings.seed) for c in able])
@@ -232,7 +232,7 @@ def _left_out(
         others, factors = _parts(candidate, blocks, weights, band, inside=False)
         posed = LeastSquaresProblem(others, factors, candidate.fitted.assembly, cube)
         how = SearchContext(
-            own_generator(rng, str(j)), Limits(EVALUATIONS * (len(cube.free) + 1)), time.monotonic(), no_progress
+            own_generator(rng, str(j)), Limits(FORM_EVALUATIONS * (len(cube.free) + 1)), time.monotonic(), no_progress
         )
         ended = OptimizerChain("multistart").search(posed, cube.start[None, :], how)
         inside, own = _parts(candidate, blocks, weights, band, inside=True)
@@ -291,7 +291,7 @@ def _unchosen(candidate: FormCandidate, channel: str) -> FitOutput:
     """Return the fit of the form that is named, with a warning that the tests leave no choice."""
     text = (
         f"{candidate.form.effect}: the {candidate.form.name} was kept; the {channel} of the tests lies in fewer than "
-        f"{FEWEST} of {BANDS} bands of its range and cannot tell one form from another"
+        f"{FORM_BANDS_MIN} of {BANDS} bands of its range and cannot tell one form from another"
     )
     choice = FormChoice(channel=channel, chosen=candidate.form.name, text=[text])
     made = _with(candidate, choice)

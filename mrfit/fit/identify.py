@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import MISSING
+from mrfit.core.channels import MISSING_CHANNEL_ADVICE
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -166,7 +166,7 @@ def measured_output(recording: Recording, assembly: Assembly) -> Array:
     name = assembly.spec.output
     if name not in recording.channels:
         column = f"name its column in the channel map: [channels] {name} = {{column = …, unit = …}}"
-        remedy = MISSING.get(name, column)
+        remedy = MISSING_CHANNEL_ADVICE.get(name, column)
         raise DataError(f"{recording.source}: no {name} in this log, which the model predicts; {remedy}")
     return recording.channels[name]
 

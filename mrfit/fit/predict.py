@@ -25,7 +25,7 @@ from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
 
 # Share within which quantities of two conditions are the same
-SAME = 0.01
+TRAINED_CURRENT_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def _borrowed(result: Result, segment: Segment) -> Caution:
     apart = [
         f"{name} {_value(there, unit)} instead of {_value(here, unit)}{_share(there, here)}"
         for name, there, here, unit in known
-        if there is None or here is None or not np.isclose(there, here, rtol=SAME, atol=1e-9)
+        if there is None or here is None or not np.isclose(there, here, rtol=TRAINED_CURRENT_SHARE, atol=1e-9)
     ]
     how = "; ".join(apart) or "the same in frequency, amplitude and current"
     text = (

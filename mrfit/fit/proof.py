@@ -27,9 +27,9 @@ from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import as_written
 
 # Samples that are simulated at most, beyond the first segment
-COMPARED = 200_000
+PROOF_SAMPLES = 200_000
 # Share of the output's range within which two simulations are one: rounding differs between machines
-SAME = 1e-6
+PROOF_TOLERANCE = 1e-6
 
 
 def lawful(workspace: Workspace, fit: Fit, compare: bool = False) -> Fit:
@@ -56,7 +56,7 @@ def lawful(workspace: Workspace, fit: Fit, compare: bool = False) -> Fit:
         difference = _difference(workspace, fit)
         if difference is None and changed:
             raise refusal(fit, f"{changed}, and the data that it simulated are not here to compare with")
-        if difference is not None and not difference <= SAME:
+        if difference is not None and not difference <= PROOF_TOLERANCE:
             raise refusal(fit, f"{changed or 'the code of its law has changed since'}: {_far(difference)}")
         if difference is None and not fit.law:
             said.append("an older mrfit's, which does not state its code, and not compared with what it simulated")
@@ -80,9 +80,9 @@ def check_simulated(fit: Fit, assembly: Assembly, parts: Iterable[SegmentPart], 
     for part, stored in zip(parts, simulated, strict=True):
         pairs.append((_simulated(fit, assembly, part), np.asarray(stored)))
         samples += part.segment.samples
-        if samples > COMPARED:
+        if samples > PROOF_SAMPLES:
             break
-    if not (difference := _largest(pairs)) <= SAME:
+    if not (difference := _largest(pairs)) <= PROOF_TOLERANCE:
         raise refusal(fit, f"the code of its law has changed since: {_far(difference)}")
 
 
@@ -144,7 +144,7 @@ def _parts(workspace: Workspace, fit: Fit, assembly: Assembly) -> Iterator[Segme
     if missing := [name for name in used if name not in segments]:
         raise DataError(f"{workspace.segments_file}: no segment {missing[0]}")
     chosen = [segments[name] for name in used]
-    every = -(-sum(s.samples for s in chosen) // COMPARED)
+    every = -(-sum(s.samples for s in chosen) // PROOF_SAMPLES)
     chosen = chosen[::every]
     recordings: dict[str, Recording] = load_recordings(workspace, chosen)
     for segment in chosen:

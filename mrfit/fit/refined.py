@@ -18,7 +18,7 @@ from mrfit.simulate.assembly import Assembly
 
 # Most steps, and share of the unit of chi square below which no fall of the sum of squares counts: estimates are then
 # within a thirtieth of their standard errors of the optimum
-STEPS, FALL = 4, 1e-3
+REFINING_STEPS, FALL = 4, 1e-3
 # Share of the greatest curvature below which a direction is not followed
 FLAT = 1e-11
 
@@ -60,7 +60,7 @@ def refined(group: FitGroup, assembly: Assembly, cube: Cube, found: SearchResult
     best = _sums(group, factors, assembly, cube, found.point)
     point, spent = found.point, 1 + 2 * len(found.point)
     trial = np.clip(point + best.step(), 0.0, 1.0)
-    for _ in range(STEPS):
+    for _ in range(REFINING_STEPS):
         foreseen = -float(best.gradient @ (trial - point))
         if not foreseen > FALL * best.square / best.samples:
             break

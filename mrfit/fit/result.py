@@ -21,19 +21,19 @@ from mrfit.signal.metrics import absorbed_energy, error_sums, together
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly
 
-NONE: Mapping[str, float] = MappingProxyType({})
+NO_LIMITS: Mapping[str, float] = MappingProxyType({})
 AT_BOUND = 1e-4
 WORSE_ON_HOLDOUT = 1.5
 # Fit in percent up to which a model explains nothing: an error of 95 % of a constant's, a tenth of the variance
-NOTHING = 5.0
+FIT_PERCENT_NOTHING = 5.0
 # Share of the bounds beyond which an interval that leaves the sign open says nothing either
 SIGNLESS = 0.25
 # Work per cycle below this share of the rectangle round the loop is none
-ROUNDING = 1e-9
+POWER_ROUNDING = 1e-9
 
 
 def parameter_rows(
-    cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] = NONE
+    cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] = NO_LIMITS
 ) -> list[Quantity]:
     """Return one row per parameter: value, unit, 95 % interval, bounds, whether at one, whether the data determine it.
 
@@ -91,7 +91,7 @@ def _added_to(one: Param | DerivedQuantity, ranges: Mapping[str, float]) -> floa
 
 
 def derived_rows(
-    assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] = NONE
+    assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] = NO_LIMITS
 ) -> list[Quantity]:
     """Return one row per derived quantity with its 95 % interval by the delta method, where the data determine it.
 
@@ -228,7 +228,7 @@ def passivity_rows(blocks: Sequence[SegmentBlock], simulated: Sequence[Array], a
             # of the co-energy the loop is traversed in the opposite sense
             sign = -1.0 if assembly.spec.co_energy else 1.0
             area = sign * absorbed_energy(output, drive) / block.segment.cycles
-            passive = area >= -ROUNDING * float(np.ptp(output) * np.ptp(drive))
+            passive = area >= -POWER_ROUNDING * float(np.ptp(output) * np.ptp(drive))
             place = block.segment
             rows.append(Passivity(condition=place.condition, role=place.role, loop_area=area, passive=passive))
     return rows
@@ -304,7 +304,7 @@ def warnings_of(
             "([condition]) what changed between them, as current or temperature, or do not ingest the one that differs",
         )
     by_role: dict[str, MetricRow] = {m.role: m for m in metrics if m.condition == "all"}
-    if _number(by_role["train"].fit_percent) <= NOTHING:
+    if _number(by_role["train"].fit_percent) <= FIT_PERCENT_NOTHING:
         warn(
             "explains-nothing",
             "the error in training is hardly less than that of a constant: check sign, unit and column of every "

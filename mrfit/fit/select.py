@@ -19,11 +19,11 @@ from mrfit.simulate.assembly import Assembly
 LOW, MEDIUM = 0.015, 0.1
 # Share by which a peak velocity may exceed them: the paper's own medium test (4 mm at 4 Hz) reaches 100.5 mm/s, and a
 # rig does not keep its amplitude exactly
-TOLERANCE = 0.05
+SPEED_TOLERANCE = 0.05
 # Logs named for one reason in a warning
-NAMED = 6
+LOGS_NAMED = 6
 # Conditions listed where --only names none
-LISTED = 12
+CONDITIONS_LISTED = 12
 
 
 def load_recordings(workspace: Workspace, segments: Sequence[Segment], streamed: bool = False) -> dict[str, Recording]:
@@ -114,8 +114,8 @@ def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> l
     for reason in dict.fromkeys(row["reason"] for row in left_out):
         rows = [row for row in left_out if row["reason"] == reason]
         sources = list(dict.fromkeys(row["source"] for row in rows))
-        named = ", ".join(sources[:NAMED]) + (
-            f" and {number_of('more log', len(sources) - NAMED)}" if sources[NAMED:] else ""
+        named = ", ".join(sources[:LOGS_NAMED]) + (
+            f" and {number_of('more log', len(sources) - LOGS_NAMED)}" if sources[LOGS_NAMED:] else ""
         )
         held = sum(row["role"] == "holdout" for row in rows)
         also = f" ({held} held out)" if held else ""
@@ -179,8 +179,8 @@ def select(
         what = "bands of peak velocity L (to 15 mm/s), M (to 100 mm/s) and H" + f", and {what}" * bool(patterns)
     if not any(s.role in roles for s in kept):
         there = sorted({s.condition for s in segments if s.role in roles})
-        more = f" and {len(there) - LISTED} more" if len(there) > LISTED else ""
-        listed = ", ".join(there[:LISTED]) + more
+        more = f" and {len(there) - CONDITIONS_LISTED} more" if len(there) > CONDITIONS_LISTED else ""
+        listed = ", ".join(there[:CONDITIONS_LISTED]) + more
         raise ConfigError(f"--only {only} leaves nothing to train on; it takes {what}, and there are {listed}")
     return kept
 
@@ -202,7 +202,7 @@ def speed_class(segment: Segment, recording: Recording) -> str:
     """Return ``L``, ``M`` or ``H`` by the peak velocity of a segment's smoothed drive."""
     peak = peak_velocity(segment, recording)
     bands = (("L", LOW), ("M", MEDIUM))
-    return next((band for band, most in bands if peak <= most * (1.0 + TOLERANCE)), "H")
+    return next((band for band, most in bands if peak <= most * (1.0 + SPEED_TOLERANCE)), "H")
 
 
 def peak_velocity(segment: Segment, recording: Recording) -> float:

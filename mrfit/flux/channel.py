@@ -6,7 +6,7 @@ from typing import Protocol, cast
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.io.columns import CHUNK, is_on_disk
+from mrfit.io.columns import COLUMN_CHUNK, is_on_disk
 
 Read = Callable[[int, int], Array]
 Taken = Callable[[Array], Array | float]
@@ -127,7 +127,7 @@ class OnDisk:
         """See ``SampleSource``; pieces end where chunks of the file do."""
         begin = start
         while begin < stop:
-            end = min((begin // CHUNK + 1) * CHUNK, stop)
+            end = min((begin // COLUMN_CHUNK + 1) * COLUMN_CHUNK, stop)
             yield begin, self.read(begin, end)
             begin = end
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.flux.channel import InMemory, OnDisk, SampleSource, Taken, swing
-from mrfit.io.columns import CHUNK
+from mrfit.io.columns import COLUMN_CHUNK
 from mrfit.signal.cycles import SteadyCycles
 
 # Time and current that go together this closely cannot be told apart by regression.
@@ -70,15 +70,15 @@ def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: flo
     def read(begin: int, end: int) -> Array:
         found, place = [], begin
         while place < end:
-            chunk = place // CHUNK
-            last = min((chunk + 1) * CHUNK, end)
-            found.append(whole(chunk, last)[place - chunk * CHUNK :])
+            chunk = place // COLUMN_CHUNK
+            last = min((chunk + 1) * COLUMN_CHUNK, end)
+            found.append(whole(chunk, last)[place - chunk * COLUMN_CHUNK :])
             place = last
         return np.concatenate(found) if found else np.empty(0)
 
     def whole(chunk: int, end: int) -> Array:
         """Return the integral from a chunk's first sample to any within it."""
-        begin = chunk * CHUNK
+        begin = chunk * COLUMN_CHUNK
         if rule == "simpson":
             # parabolas go through three samples, in the whole as from two samples before
             lead, beyond = min(begin, 2), min(end + 2, samples)
@@ -90,8 +90,8 @@ def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: flo
         summed: Array = np.cumsum(np.concatenate([[carried[chunk]], steps]))
         return summed
 
-    for begin in range(CHUNK, samples, CHUNK):
-        last = float(whole(begin // CHUNK - 1, begin)[-1])
+    for begin in range(COLUMN_CHUNK, samples, COLUMN_CHUNK):
+        last = float(whole(begin // COLUMN_CHUNK - 1, begin)[-1])
         if rule == "simpson":
             around = integrate(induced(begin - 2, min(begin + 3, samples)), dt, rule)
             carried.append(last + float(around[2] - around[1]))

@@ -21,9 +21,9 @@ from mrfit.io.arrow import floats
 from mrfit.io.memory import check_room
 
 # Samples of a recording above which its channels may stay on disk
-LONG = 1 << 21
+LONG_SEGMENT = 1 << 21
 # Samples that are read together where all of a column is gone through
-CHUNK = 1 << 20
+COLUMN_CHUNK = 1 << 20
 # Row groups kept decompressed: two of each of three channels
 KEPT_GROUPS = 6
 # Samples above which a slice is checked against the memory there is
@@ -144,7 +144,7 @@ def columns_of(path: Path, names: Sequence[str], rows: int, scratch: Path) -> di
 
 def is_long(samples: int) -> bool:
     """Return whether the channels of a recording of so many samples may stay on disk."""
-    return samples > LONG
+    return samples > LONG_SEGMENT
 
 
 class SampleTimes:
@@ -172,12 +172,12 @@ def part_of(values: Array, begin: int, end: int) -> Array:
 
 
 def chunks(values: Array) -> Iterator[Array]:
-    """Yield a channel (N,) that stays on disk in pieces of ``CHUNK`` samples, any other as it is."""
+    """Yield a channel (N,) that stays on disk in pieces of ``COLUMN_CHUNK`` samples, any other as it is."""
     if not isinstance(values, FileColumn):
         yield values
         return
-    for begin in range(0, len(values), CHUNK):
-        yield values[begin : begin + CHUNK]
+    for begin in range(0, len(values), COLUMN_CHUNK):
+        yield values[begin : begin + COLUMN_CHUNK]
 
 
 def extent(values: Array) -> tuple[float, float]:
@@ -220,7 +220,7 @@ def changed(values: Array, change: Callable[[Array], Array]) -> Array:
         return change(values)
     parts = map(change, chunks(values))
     first = next(parts, np.empty(0))
-    if is_long(len(first) * (len(values) // CHUNK)):
+    if is_long(len(first) * (len(values) // COLUMN_CHUNK)):
         return _kept(values.scratch, itertools.chain([first], parts))
     return np.concatenate([first, *parts])
 

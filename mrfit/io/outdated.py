@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # Names written out in a reason
 SHOWN_RECORDINGS = 5
-UNKNOWN = "made from other data, or by other code, than are here now"
+UNKNOWN_REASON = "made from other data, or by other code, than are here now"
 
 
 def flux_reason(workspace: Workspace) -> str:
@@ -128,7 +128,7 @@ class Inputs:
         if result.key == key(result.settings, self.contents, self.segments):
             return ""
         if not result.code:
-            return UNKNOWN
+            return UNKNOWN_REASON
         if not law and result.key == key(result.settings, self.contents, self.segments, result.code):
             return other_code(result.code, stage)
         if result.data_sha256 != digest_of(self.contents):
@@ -187,7 +187,7 @@ def _other_recordings(code: str, then: Iterable[str], now: Iterable[str]) -> str
     gone, new = sorted({*then} - {*now}), sorted({*now} - {*then})
     told = [f"{_named(ids)} {how}" for ids, how in ((new, "new"), (gone, "gone")) if ids]
     if not (code or told):
-        return UNKNOWN
+        return UNKNOWN_REASON
     return f"the recordings have changed since{': ' if told else ''}{', '.join(told)}"
 
 

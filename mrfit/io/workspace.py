@@ -34,7 +34,7 @@ from mrfit.io.unreadable import UNREADABLE, reading
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 """Ids of recordings, which name files."""
-NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._+-]*")
+FIT_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._+-]*")
 """Names of fits, which name folders and stand in tables."""
 LONGEST_NAME = 200
 """Characters of a fit's name; file systems take 255 bytes."""
@@ -46,7 +46,7 @@ NO_LINKS = ("channel-map.toml", "batch.jsonl")
 """Files that are no links: what they lead to would be believed, or written into."""
 TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
 """Names of files not yet written whole."""
-OWN = (".ingest.json.", ".flux.json.", ".segments.parquet.")
+TEMPORARY_NAMES = (".ingest.json.", ".flux.json.", ".segments.parquet.")
 """Beginnings of such names in the workspace itself, where files of others may lie."""
 REMOVED = ".mrfit-removed-"
 """Beginning of the names of folders of fits that are being removed."""
@@ -91,7 +91,7 @@ def check_name(name: str) -> None:
     ConfigError
         If it is not one.
     """
-    if not NAME.fullmatch(name) or len(name) > LONGEST_NAME:
+    if not FIT_NAME.fullmatch(name) or len(name) > LONGEST_NAME:
         shown = name if len(name) <= 60 else name[:57] + "…"
         raise ConfigError(
             f"'{shown}' is no name for a file: give up to {LONGEST_NAME} letters, digits, . _ - and +, the first a "
@@ -258,7 +258,7 @@ class Workspace:
             shutil.rmtree(left, ignore_errors=True)  # which follows no link
         for folder in (self.root, *(self.root / name for name in FOLDERS)):
             for left in folder.glob(".*.tmp") if folder == self.root else folder.rglob(".*.tmp"):
-                if TEMPORARY.fullmatch(left.name) and (folder != self.root or left.name.startswith(OWN)):
+                if TEMPORARY.fullmatch(left.name) and (folder != self.root or left.name.startswith(TEMPORARY_NAMES)):
                     left.unlink(missing_ok=True)
 
     def _forget_if_empty(self) -> None:
@@ -521,11 +521,11 @@ class Workspace:
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""
-        return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json") if NAME.fullmatch(p.parent.name))
+        return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json") if FIT_NAME.fullmatch(p.parent.name))
 
     def fit_folders(self) -> list[str]:
         """Return the names of all fits, sorted: the finished ones, and those that a later command would go on with."""
-        return sorted(p.name for p in self.root.glob("fits/*") if p.is_dir() and NAME.fullmatch(p.name))
+        return sorted(p.name for p in self.root.glob("fits/*") if p.is_dir() and FIT_NAME.fullmatch(p.name))
 
 
 def _segment(row: SegmentRow) -> Segment:

@@ -18,7 +18,7 @@ from mrfit.core.specs import Array
 from mrfit.measure.intervals import of_values
 from mrfit.measure.quantity import Quantity, without
 from mrfit.signal.noise import noise_level
-from mrfit.signal.savitzky_golay import NARROWEST, Smoother
+from mrfit.signal.savitzky_golay import WINDOW_MIN, Smoother
 
 RESPONSE_PARTS = ("dead time", "t63", "t90", "overshoot")
 RESPONSES = tuple(f"{part} {way}" for way in ("up", "down") for part in RESPONSE_PARTS)
@@ -98,7 +98,7 @@ def _answer(force: Array, at: int, dt: float) -> list[float] | None:
     """Return dead time, t63, t90 in s and overshoot of a force whose current steps at a sample; None without any."""
     after = force[at:]
     old, new = force[max(at - 4 * REST_SAMPLES, 0) : at], after[-max(int(LEVEL_PART * len(after)), 3) :]
-    if len(old) < 3 or len(after) < max(REST_SAMPLES, NARROWEST):
+    if len(old) < 3 or len(after) < max(REST_SAMPLES, WINDOW_MIN):
         return None
     level, noise = float(np.mean(old)), noise_level(force)
     way = float(np.mean(new)) - level

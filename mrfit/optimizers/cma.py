@@ -8,7 +8,7 @@ from mrfit.optimizers.cost.objective import Objective, Termination
 
 FIRST_SPREAD = 0.25
 # Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.
-TOLERANCE = 1e-9
+CMA_TOLERANCE = 1e-9
 # A restart that does not lower the best cost by this share is the last.
 RESTART_GAIN = 1e-4
 
@@ -48,8 +48,8 @@ def _evolve(objective: Objective, start: Array, population: int, rng: np.random.
         # the library draws from the passed generator and leaves numpy's global state alone
         "seed": np.nan,
         "randn": lambda *shape: rng.standard_normal(shape),
-        "tolfun": TOLERANCE,
-        "tolx": TOLERANCE,
+        "tolfun": CMA_TOLERANCE,
+        "tolx": CMA_TOLERANCE,
         # maximally quiet, and no file in the working directory steers the run
         "verbose": -10,
     }

@@ -8,8 +8,8 @@ from mrfit.core.specs import Array, OptimizerSpec, Option, Options
 from mrfit.optimizers.cost.objective import Objective, Termination
 
 # The least population scipy takes.
-SMALLEST = 5
-TOLERANCE = 1e-8
+GENERATION_MIN = 5
+DE_TOLERANCE = 1e-8
 
 SPEC = OptimizerSpec(
     name="de",
@@ -34,14 +34,14 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
     def costs(columns: Array, /) -> Any:
         return objective.costs(columns.T)
 
-    count = max(SMALLEST, min(int(options["population"]), objective.remaining))
+    count = max(GENERATION_MIN, min(int(options["population"]), objective.remaining))
     points = rng.random((count, objective.dimension))
     points[0] = objective.best_point
     result = differential_evolution(
         costs,
         Bounds(np.zeros(objective.dimension), np.ones(objective.dimension)),
         maxiter=max(1, objective.remaining),
-        tol=TOLERANCE,
+        tol=DE_TOLERANCE,
         rng=rng,
         polish=False,
         init=points,

@@ -14,7 +14,7 @@ SPEC = OptimizerSpec(
 )
 
 MAX_ITERATIONS = 10**6
-TOLERANCE = 1e-12
+SIMPLEX_TOLERANCE = 1e-12
 
 
 def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
@@ -48,6 +48,6 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         jac=gradient,
         method="SLSQP",
         bounds=[(0.0, 1.0)] * objective.dimension,
-        options={"ftol": TOLERANCE, "maxiter": MAX_ITERATIONS},
+        options={"ftol": SIMPLEX_TOLERANCE, "maxiter": MAX_ITERATIONS},
     )
     return Termination(str(result.message))

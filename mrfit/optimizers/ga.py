@@ -11,7 +11,7 @@ ELITE = 2
 CROSSOVER_SHARE = 0.8
 BLEND = 0.5
 # Standard deviation of a mutated component at the first and the last generation, as a share of the cube's edge.
-MUTATION = (0.2, 2e-4)
+GENE_MUTATION = (0.2, 2e-4)
 
 SPEC = OptimizerSpec(
     name="ga",
@@ -37,7 +37,7 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
     points = rng.random((count, objective.dimension))
     points[0] = objective.best_point
     costs = objective.costs(points)
-    first, last = MUTATION
+    first, last = GENE_MUTATION
     for generation in range(1, generations):
         elite = np.argsort(costs, kind="stable")[: min(ELITE, count - 1)]
         children = breed(points, costs, rng, first * (last / first) ** (generation / generations))

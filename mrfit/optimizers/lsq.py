@@ -15,7 +15,7 @@ SPEC = OptimizerSpec(
 
 # scipy keeps its iterates inside the bounds; a start nearer to one than 1e-10 it would move to a point not tried.
 MARGIN = 1e-9
-TOLERANCE = 1e-10
+LSQ_TOLERANCE = 1e-10
 
 
 def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
@@ -33,8 +33,8 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         start,
         objective.jacobian,
         bounds=(0.0, 1.0),
-        xtol=TOLERANCE,
-        ftol=TOLERANCE,
-        gtol=TOLERANCE,
+        xtol=LSQ_TOLERANCE,
+        ftol=LSQ_TOLERANCE,
+        gtol=LSQ_TOLERANCE,
     )
     return Termination(str(result.message).rstrip("."))

@@ -28,7 +28,7 @@ FIRST_WAVE, LATER_WAVES = 5, 4
 # model.
 SCREENED, SCREENED_EXACTLY = 8, 32
 # Starts of a wave are at least this far apart, as a share of the cube's diagonal, as long as there are such points.
-APART = 0.15
+STARTS_APART = 0.15
 
 # Where no lower cost was found by so many more, the search ends without agreement.
 IDLE = 21
@@ -37,7 +37,7 @@ ZERO = 1e-6
 
 # A descent has settled when the linear model can explain no more than this share of the squared cost; the best one then
 # goes on to a tolerance of its own, this one where nobody gives another.
-SETTLED, EXACT = 1e-3, 1e-9
+SETTLED_TOLERANCE, EXACT_CHANGE = 1e-3, 1e-9
 # It has also settled when so many iterations lowered the squared cost by less than a share of it: along directions
 # that the data hardly determine the linear model promises again and again what the model does not keep. Of more than
 # so many parameters per iteration some may lie in a curved valley: then there are more iterations.
@@ -48,7 +48,7 @@ SLOW_PARAMETERS = 3
 KEPT = 0.05
 # A descent whose steps fail is not judged so until its raise is greater than this: its damping has to fit first.
 LAST_RAISE = 32.0
-ITERATIONS, LEADER_ITERATIONS = 60, 500
+DESCENT_ITERATIONS, LEADER_ITERATIONS = 60, 500
 
 FIRST_DAMPING, LAST_DAMPING = 1e-2, 1e-5
 # Multiples of its damping at which a descent whose last step failed is also tried, where a point costs far less than
@@ -95,7 +95,7 @@ class Front:
 
 def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree; see `search`."""
-    return search(objective, rng, EXACT)
+    return search(objective, rng, EXACT_CHANGE)
 
 
 def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> Termination:
@@ -131,7 +131,7 @@ def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> 
             starts = _choose(points, costs, len(pool), count)
             front = Front(starts, objective.normal_equations(starts))
             try:
-                _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS, ended.descents)
+                _descend(objective, front, SETTLED_TOLERANCE, SLOW_SETTLED, DESCENT_ITERATIONS, ended.descents)
                 _polish(objective, front, tolerance)
             finally:
                 ended = _joined(ended, objective.best_cost, front, zero)
@@ -146,7 +146,7 @@ def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> 
         raise
 
 
-def refine(objective: Objective, points: Array, tolerance: float = EXACT, damping: float = LAST_DAMPING) -> bool:
+def refine(objective: Objective, points: Array, tolerance: float = EXACT_CHANGE, damping: float = LAST_DAMPING) -> bool:
     """Descend from the best of the points (P, K) to a tolerance, and return whether the search is over.
 
     All those that cost little more than the best, but not the same, descend at first. The first steps are damped the
@@ -160,7 +160,7 @@ def refine(objective: Objective, points: Array, tolerance: float = EXACT, dampin
         front = Front(points, objective.normal_equations(points))
         front.dampings[:] = damping
         if len(points) > 1:
-            _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
+            _descend(objective, front, SETTLED_TOLERANCE, SLOW_SETTLED, DESCENT_ITERATIONS)
         leader = _polish(objective, front, tolerance)
     except BudgetSpent:
         return False
@@ -187,7 +187,7 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
     """Return the first ``given`` points and the cheapest of the others that are apart from each other."""
     chosen = list(range(given))
     order = given + np.argsort(costs[given:], kind="stable")
-    apart = APART * np.sqrt(points.shape[1])
+    apart = STARTS_APART * np.sqrt(points.shape[1])
     for index in order.tolist():
         if len(chosen) >= max(count, given + 1):
             break
@@ -255,9 +255,9 @@ def _polish(objective: Objective, front: Front, tolerance: float) -> Front:
     # slices are views: the points and costs that the leader gains are the front's
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
-    last = tolerance < SETTLED
+    last = tolerance < SETTLED_TOLERANCE
     if last or (front.under_way[best] and front.model.costs[best] <= objective.best_cost):
-        slow, iterations = (SLOW_POLISHED, LEADER_ITERATIONS) if last else (SLOW_SETTLED, ITERATIONS)
+        slow, iterations = (SLOW_POLISHED, LEADER_ITERATIONS) if last else (SLOW_SETTLED, DESCENT_ITERATIONS)
         _descend(objective, alone, tolerance, slow, iterations)
         front.settled[best] |= alone.settled[0]
         front.stuck[best] |= alone.stuck[0]

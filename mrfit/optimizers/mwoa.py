@@ -6,10 +6,10 @@ import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
 from mrfit.optimizers.cost.objective import InParameters
-from mrfit.optimizers.woa import B_TEXT, ITERATIONS, POPULATION, first_swarm, swim
+from mrfit.optimizers.woa import B_TEXT, WHALE_MOVES, WHALE_POPULATION, first_swarm, swim
 
 # Standard deviation of a clone about its antibody, as a share of the bounds; the paper gives none.
-MUTATION = 0.05
+WHALE_MUTATION = 0.05
 
 SPEC = OptimizerSpec(
     name="mwoa",
@@ -19,8 +19,8 @@ SPEC = OptimizerSpec(
     budget=lambda dimension, options: int(options["population"] * options["iterations"]),
     options=(
         Option("b", 1.2, 0.0, 10.0, B_TEXT),
-        POPULATION,
-        ITERATIONS,
+        WHALE_POPULATION,
+        WHALE_MOVES,
         Option("N_d", 30, 1, 1_000_000, "iterations without a gain before the immune operation", whole=True),
         Option("M", 10, 1, 10_000, "antibodies of the immune operation, at most half the whales", whole=True),
     ),
@@ -35,7 +35,7 @@ def minimise(objective: InParameters, rng: np.random.Generator, options: Options
     """
     whales = first_swarm(objective, int(options["population"]), rng)
     iterations = math.ceil(objective.remaining / len(whales))
-    spread = MUTATION * (objective.high - objective.low)
+    spread = WHALE_MUTATION * (objective.high - objective.low)
     idle = 0
     for iteration in range(iterations):
         before = objective.best_cost

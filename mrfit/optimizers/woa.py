@@ -7,8 +7,8 @@ import numpy as np
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
 from mrfit.optimizers.cost.objective import InParameters
 
-POPULATION = Option("population", 40, 1, 10_000, "whales, simulated side by side", whole=True)
-ITERATIONS = Option("iterations", 800, 1, 1_000_000, "times they move, where --budget does not say it", whole=True)
+WHALE_POPULATION = Option("population", 40, 1, 10_000, "whales, simulated side by side", whole=True)
+WHALE_MOVES = Option("iterations", 800, 1, 1_000_000, "times they move, where --budget does not say it", whole=True)
 B_TEXT = "shape of the logarithmic spiral, eq. 11"
 
 SPEC = OptimizerSpec(
@@ -17,7 +17,7 @@ SPEC = OptimizerSpec(
     reference="rotary-stiffness paper eqs 7-14; Mirjalili and Lewis (2016)",
     kind="global",
     budget=lambda dimension, options: int(options["population"] * options["iterations"]),
-    options=(Option("b", 1.0, 0.0, 10.0, B_TEXT), POPULATION, ITERATIONS),
+    options=(Option("b", 1.0, 0.0, 10.0, B_TEXT), WHALE_POPULATION, WHALE_MOVES),
     # C X pulls towards the origin: in the cube that would be every lower bound
     coordinates="parameters",
 )

@@ -11,9 +11,9 @@ from mrfit.core.specs import Array
 from mrfit.report.numbers import natural, unit_html
 from mrfit.report.source import Series
 
-PANELS = 12
+CURVE_PANELS = 12
 CYCLES = 2.0
-LONGEST = 20_000
+LONGEST_CURVE = 20_000
 """Samples of a curve in the plane that are looked at."""
 BEYOND = 0.5
 """How far a figure follows a simulation that leaves the measured values, in extents of these."""
@@ -48,11 +48,11 @@ def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np
     Parameters
     ----------
     across, up
-        Curve, shape (N,) each; of more than ``LONGEST`` samples every n-th is looked at.
+        Curve, shape (N,) each; of more than ``LONGEST_CURVE`` samples every n-th is looked at.
     tolerance
         How far the curve may be off, as a share of its extent in either direction.
     """
-    step = -(-len(across) // LONGEST)
+    step = -(-len(across) // LONGEST_CURVE)
     first = np.arange(0, len(across), step, dtype=np.int64)
     points = np.stack([unit_extent(across[first]), unit_extent(up[first])])
     if not np.isfinite(points).all():
@@ -103,18 +103,18 @@ def sheets(series: Sequence[Series]) -> list[list[Series]]:
     than 12 conditions become one figure a family; a larger family is split evenly, and families of one or two are put
     together.
     """
-    if len(series) <= PANELS:
+    if len(series) <= CURVE_PANELS:
         return [list(series)]
     pieces: list[list[Series]] = []
     for _, group in groupby(series, key=family):
         members = list(group)
-        edges = np.linspace(0, len(members), -(-len(members) // PANELS) + 1).astype(np.int64)
+        edges = np.linspace(0, len(members), -(-len(members) // CURVE_PANELS) + 1).astype(np.int64)
         pieces += [members[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)]
     if min(len(p) for p in pieces) > 2:
         return pieces
     merged = [pieces[0]]
     for piece in pieces[1:]:
-        if len(merged[-1]) + len(piece) <= PANELS:
+        if len(merged[-1]) + len(piece) <= CURVE_PANELS:
             merged[-1] = merged[-1] + piece
         else:
             merged.append(piece)

@@ -35,7 +35,7 @@ from mrfit.report.explain import (
     sentences,
     takes_of,
 )
-from mrfit.report.key import STYLE
+from mrfit.report.key import STYLE_SHEET
 from mrfit.report.law_words import law_sentences, nearer_law, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.sections import SECTIONS_TEMPLATE, Section, Table, exact, figures_in_page
@@ -105,7 +105,7 @@ def advice(workspace: Workspace) -> Advice:
 
 
 def _key(workspace: Workspace) -> str:
-    inputs = [SECTIONS_TEMPLATE, STYLE, *(p for p in files_of(workspace) if p.is_file())]
+    inputs = [SECTIONS_TEMPLATE, STYLE_SHEET, *(p for p in files_of(workspace) if p.is_file())]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of("discovery page", hashes, version("matplotlib"), version("jinja2"))
 

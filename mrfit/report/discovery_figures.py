@@ -13,11 +13,11 @@ from mrfit.io.schemas.discovery import DiscoveryFile, Where
 from mrfit.report.curves import decimate, prefixed
 from mrfit.report.discovery_source import Discovery, Part
 from mrfit.report.figures import (
+    FIGURE_WIDTH,
     HOLDOUT,
     MEASURED,
     QUIET,
     SIMULATED,
-    WIDTH,
     Figure,
     axis_label,
     canvas_of,
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-BEFORE, AFTER, BAND = SIMULATED, HOLDOUT, "#fde68a"
+BEFORE, AFTER, BAND_COLOUR = SIMULATED, HOLDOUT, "#fde68a"
 CELLS = 48
 # The residual map's scale ends at this quantile of its cells: a few that hold one bad sample must not hide the rest
 BRIGHTEST = 0.99
-PANELS = 6
-POINTS = 900
+DISCOVERY_PANELS = 6
+DISCOVERY_POINTS = 900
 TITLE_WIDTH = 46
 # What is drawn of a record without cycles
 SHOWN_SECONDS = 3.0
@@ -85,7 +85,7 @@ def suspect_figure(discovery: Discovery, name: str) -> Figure:
             (own.remainder, MEASURED, 2.2, f"measured {discovery.output} left without it"),
             (own.force, BEFORE, 1.0, f"{name} as fitted"),
         ):
-            at = decimate(values[window], POINTS)
+            at = decimate(values[window], DISCOVERY_POINTS)
             axes.plot(seconds * part.time[window][at], factor * values[window][at], color=colour, lw=width, label=label)
 
     symbol = symbol_of(discovery.output)
@@ -114,13 +114,13 @@ def worst_parts(discovery: Discovery) -> list[Part]:
     """Return of the held-out conditions (of all where none was) the part that was worst before, at most six."""
     grouped = discovery.conditions("holdout") or discovery.conditions("train")
     worst = [max(parts, key=lambda p: p.errors[0]) for parts in grouped]
-    chosen = sorted(worst, key=lambda p: -p.errors[0])[:PANELS]
+    chosen = sorted(worst, key=lambda p: -p.errors[0])[:DISCOVERY_PANELS]
     return [p for p in worst if any(p is c for c in chosen)]
 
 
 def region_figure(regions: Sequence[Where], name: str, title: str) -> Figure:
     """Return bars of each region's share of the squared error beside its share of the samples."""
-    canvas = canvas_of(WIDTH * 0.85, 1.1 + 0.42 * len(regions))
+    canvas = canvas_of(FIGURE_WIDTH * 0.85, 1.1 + 0.42 * len(regions))
     axes = canvas.subplots()
     places = np.arange(len(regions), dtype=np.float64)
     for key, shift, colour, label in (
@@ -157,7 +157,7 @@ def map_figure(discovery: Discovery, channel: str) -> Figure:
     maps = [_rms_map(drive, output, np.concatenate([getattr(p, which) for p in parts])) for which in drawn]
     ceiling = float(np.nanquantile(np.stack(maps), BRIGHTEST)) or 1.0
     factor, unit = prefixed(ceiling, discovery.unit)
-    canvas = canvas_of(WIDTH if len(maps) > 1 else 0.6 * WIDTH, 4.0)
+    canvas = canvas_of(FIGURE_WIDTH if len(maps) > 1 else 0.6 * FIGURE_WIDTH, 4.0)
     extent = (across * drive.min(), across * drive.max(), up * output.min(), up * output.max())
     image = None
     panels = canvas.subplots(1, len(maps), sharey=True, squeeze=False).ravel()
@@ -205,7 +205,7 @@ def error_figure(discovery: Discovery) -> Figure:
     rows = [("hold-out", parts) for parts in discovery.conditions("holdout")]
     rows += [("training", parts) for parts in discovery.conditions("train")]
     span = discovery.span
-    canvas = canvas_of(WIDTH * 0.85, 1.3 + 0.27 * len(rows))
+    canvas = canvas_of(FIGURE_WIDTH * 0.85, 1.3 + 0.27 * len(rows))
     axes = canvas.subplots()
     places = list(range(len(rows)))
     before, after = ([100.0 * _rms([getattr(p, w) for p in parts]) / span for _, parts in rows] for w in _WHICH)
@@ -264,7 +264,7 @@ def gap_canvas(found: DiscoveryFile) -> "Canvas":
     steps = [_Step(f"{found.base_model}: all", gap.before, gap.after)]
     steps += [_Step(e.name, e.holdout_nrmse_before, e.holdout_nrmse_after) for e in found.effects]
     steps += [_Step(f"perhaps {s.name}", gap.before, s.holdout_nrmse_after) for s in found.suspects]
-    canvas = canvas_of(WIDTH * 0.85, 1.3 + 0.4 * len(steps))
+    canvas = canvas_of(FIGURE_WIDTH * 0.85, 1.3 + 0.4 * len(steps))
     axes = canvas.subplots()
     places = np.arange(len(steps), dtype=np.float64)
     for shift, colour, label, values in (
@@ -298,9 +298,9 @@ def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
     def draw(axes: "Axes", part: Part) -> None:
         window = _window(part)
         if part.floor > 0.0:
-            axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND, lw=0, label="± noise floor")
+            axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND_COLOUR, lw=0, label="± noise floor")
         for values, colour, label in _errors_of(part, discovery):
-            at = decimate(values[window], POINTS)
+            at = decimate(values[window], DISCOVERY_POINTS)
             # as everywhere on pages: measured minus simulated
             axes.plot(seconds * part.time[window][at], -factor * values[window][at], color=colour, lw=0.9, label=label)
 
@@ -322,7 +322,7 @@ def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Fi
         curves = [(part.measured, MEASURED, "measured")]
         curves += [(part.measured + errors, colour, label) for errors, colour, label in _errors_of(part, discovery)]
         for values, colour, label in curves:
-            at = decimate(values[window], POINTS)
+            at = decimate(values[window], DISCOVERY_POINTS)
             width = 2.6 if colour == MEASURED else 0.9
             axes.plot(drive[at], factor * values[window][at], color=colour, lw=width, label=label)
 
@@ -382,7 +382,7 @@ class _Panels:
 def _panels(shown: Sequence[Part], draw: Callable[["Axes", Part], None], about: _Panels) -> Figure:
     columns = columns_of(len(shown))
     lines = -(-len(shown) // columns)
-    canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * lines)
+    canvas = canvas_of(FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * lines)
     panels = canvas.subplots(lines, columns, squeeze=False, sharey=about.share).ravel()
     for axes, part in zip(panels, shown, strict=False):
         draw(axes, part)

@@ -7,7 +7,7 @@ from mrfit.io.schemas.discovery import Candidate, DiscoveryFile, FoundEffect, Su
 from mrfit.io.schemas.fit import DriftRow
 from mrfit.report.curves import prefixed
 from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, left_besides, listed
-from mrfit.report.numbers import MISSING, WITHIN_NOISE, in_html, percent, significant, with_interval
+from mrfit.report.numbers import MISSING_NUMBER, WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
 
 UNJUDGED = "cannot be judged"
@@ -78,7 +78,7 @@ def takes_of(found: DiscoveryFile, row: Candidate) -> tuple[float | None, str, s
     Of the one effect that was taken back it is the share that the verdict names: that of its last refit.
     """
     if row.reason.startswith(UNJUDGED):
-        return None, MISSING, "not judged"
+        return None, MISSING_NUMBER, "not judged"
     together = [s for s in found.suspects if not s.instead_of and not found.ambiguous_set]
     if [s.name for s in together] == [row.name] and together[0].closed is not None:
         return together[0].closed, closed_share(together[0].closed), "refitted, held-out"

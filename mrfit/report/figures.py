@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 MEASURED, SIMULATED, QUIET = "#8a99a8", "#c2410c", "#94a3b8"
 HOLDOUT = "#1d4ed8"
 PALETTE = ("#0f766e", "#c2410c", "#1d4ed8", "#a16207", "#7e22ce", "#475569")
-WIDTH = 10.0
+FIGURE_WIDTH = 10.0
 CURVE_POINTS = 2000
 # Conditions of which all are drawn, and how many are chosen of more
-MOST = 24
+FIGURE_MAX = 24
 CHOSEN = 12
 # Conditions that are named one by one in the figure of their errors
-NAMED = 40
+NAMED_LENGTH = 40
 # Characters of a panel's title that fit beside its neighbours', by columns of panels
 TITLE_WIDTHS = {1: 120, 2: 58, 3: 36, 4: 26}
 # The channels a loop is drawn against, by output
@@ -116,8 +116,8 @@ def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
 
 
 def worst_and_typical(fit: Fit, series: Sequence[Series]) -> list[Series]:
-    """Return all series of a fit; of more than ``MOST`` the six of largest NRMSE and the six about the median."""
-    if len(series) <= MOST:
+    """Return all series of a fit; of more than ``FIGURE_MAX`` the six of largest NRMSE and the six about the median."""
+    if len(series) <= FIGURE_MAX:
         return list(series)
     errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in fit.metrics}
     found = [errors.get((s.condition, s.role)) for s in series]
@@ -240,7 +240,7 @@ def convergence_figure(fit: Fit) -> Figure:
 
     Costs of a search on thinned data, which are another problem's, are dashed.
     """
-    canvas = canvas_of(WIDTH * 0.75, 3.8)
+    canvas = canvas_of(FIGURE_WIDTH * 0.75, 3.8)
     axes = canvas.subplots()
     curves = {r.condition: _descent(r)[1] for r in fit.results if len(_descent(r)[1])}
     shown = _some_of(curves)
@@ -277,10 +277,10 @@ def convergence_figure(fit: Fit) -> Figure:
 
 def _some_of(curves: dict[str, Array]) -> dict[str, Array]:
     """Return all curves, of very many some of every cost at their end, the least and the greatest included."""
-    if len(curves) <= NAMED:
+    if len(curves) <= NAMED_LENGTH:
         return curves
     order = sorted(curves, key=lambda name: float(curves[name][-1, 1]))
-    kept = {order[round(k * (len(order) - 1) / (NAMED - 1))] for k in range(NAMED)}
+    kept = {order[round(k * (len(order) - 1) / (NAMED_LENGTH - 1))] for k in range(NAMED_LENGTH)}
     return {name: curve for name, curve in curves.items() if name in kept}
 
 
@@ -316,17 +316,17 @@ def has_errors(fit: Fit) -> bool:
 def error_figure(fit: Fit) -> Figure:
     """Return NRMSE of every condition and role as dots, with the noise floor as a tick on the same scale.
 
-    Of more than ``NAMED`` conditions the names are left out, and the order is that of their errors.
+    Of more than ``NAMED_LENGTH`` conditions the names are left out, and the order is that of their errors.
     """
     rows = [m for m in fit.metrics if m.condition != "all" and m.nrmse is not None]
     names = list(dict.fromkeys(m.condition for m in rows))
-    many = len(names) > NAMED
+    many = len(names) > NAMED_LENGTH
     if many:
         largest: dict[str, float] = {}
         for m in rows:
             largest[m.condition] = max(m.nrmse or 0.0, largest.get(m.condition, 0.0))
         names = sorted(names, key=lambda name: -largest[name])
-    canvas = canvas_of(WIDTH * 0.75, 6.0 if many else 1.3 + 0.27 * len(names))
+    canvas = canvas_of(FIGURE_WIDTH * 0.75, 6.0 if many else 1.3 + 0.27 * len(names))
     axes = canvas.subplots()
     size = 3.0 if many else 6.5
     for role, marker in (("train", {"color": SIMULATED}), ("holdout", {"mfc": "white", "mec": HOLDOUT, "mew": 1.6})):
@@ -365,7 +365,7 @@ def _noise_ticks(axes: "Axes", rows: Sequence[MetricRow], names: Sequence[str]) 
     floors = [(names.index(m.condition), 100.0 * m.relative_floor) for m in rows if m.relative_floor]
     if floors:
         places, values = zip(*floors, strict=True)
-        size: dict[str, Any] = {"ms": 4.0, "mew": 1.0} if len(names) > NAMED else {"ms": 13.0, "mew": 2.0}
+        size: dict[str, Any] = {"ms": 4.0, "mew": 1.0} if len(names) > NAMED_LENGTH else {"ms": 13.0, "mew": 2.0}
         axes.plot(values, places, "|", **size, color="#475569", ls="none", label="noise floor", zorder=2)
 
 
@@ -401,7 +401,7 @@ class Grid:
         errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in self.fit.metrics}
         columns = columns_of(len(page))
         lines = -(-len(page) // columns)
-        canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
+        canvas = canvas_of(FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
         panels = canvas.subplots(lines, columns, squeeze=False).ravel()
         for axes, one in zip(panels, page, strict=False):
             self.panel(axes, one, CURVE_POINTS // (1 if len(page) <= 2 else 2 if len(page) <= 6 else 4))

@@ -8,14 +8,14 @@ from pathlib import Path
 from mrfit.io.keys import key_of
 from mrfit.io.workspace import Workspace
 
-TEMPLATE = Path(__file__).with_name("index.html.jinja")
-STYLE = Path(__file__).with_name("style.css.jinja")
+REPORT_TEMPLATE = Path(__file__).with_name("index.html.jinja")
+STYLE_SHEET = Path(__file__).with_name("style.css.jinja")
 PARTS = tuple(
     Path(__file__).with_name(name)
     for name in ("index.html.jinja", "style.css.jinja", "page.js.jinja", "fit.html.jinja", "ranking.html.jinja")
 )
 """What a page is made with beside the code."""
-FORMATS = (".parquet", ".csv")
+TABLE_FORMATS = (".parquet", ".csv")
 """Of the series of a saved prediction."""
 
 
@@ -41,4 +41,4 @@ def input_files(workspace: Workspace, names: list[str]) -> list[Path]:
 def prediction_files(workspace: Workspace) -> list[Path]:
     """Return the summaries and series of saved predictions."""
     folder = workspace.root / "predict"
-    return [p for p in sorted(folder.glob("*")) if p.suffix in (".json", *FORMATS) and not p.name.startswith(".")]
+    return [p for p in sorted(folder.glob("*")) if p.suffix in (".json", *TABLE_FORMATS) and not p.name.startswith(".")]

@@ -12,7 +12,7 @@ from mrfit.report.numbers import escape_latex, in_html, significant, with_interv
 
 COLUMN, PAGE = 216.0, 340.0
 """Widths in pt that a table may have in one of two columns of A4 or letter paper, and across a page."""
-LONGEST = 36
+LONGEST_CELL = 36
 """Rows of one table."""
 GAP = 6.0
 """Space between columns in pt."""
@@ -185,7 +185,7 @@ def _columns(table: Table, chosen: Sequence[int]) -> Table:
 
 
 def _split_rows(table: Table) -> list[Table]:
-    count = -(-len(table.rows) // LONGEST)
+    count = -(-len(table.rows) // LONGEST_CELL)
     edges = [round(k * len(table.rows) / count) for k in range(count + 1)]
     return [replace(table, rows=table.rows[a:b]) for a, b in zip(edges, edges[1:], strict=False)]
 

@@ -9,7 +9,7 @@ from mrfit.report.determined import measured
 from mrfit.report.numbers import percent
 
 # What a law has to keep for a name, by the tier of the effect
-TIERS = {
+TIER_WORDS = {
     "any-law": "whatever the law is",
     "short-memory": "whatever the law is, as long as it forgets within {travel} of travel",
     "causal": "whatever the law is, as long as it is made by the motion so far",
@@ -92,7 +92,7 @@ def _effect(found: DiscoveryFile, effect: InvariantEffect) -> str:
     assert examined is not None  # it names the effect
     factor, unit = prefixed(examined.travel, examined.travel_unit)
     travel = f"{factor * examined.travel:.2g} {unit}"
-    condition = TIERS.get(effect.tier, "whatever the law is").format(travel=travel)
+    condition = TIER_WORDS.get(effect.tier, "whatever the law is").format(travel=travel)
     return f"{words}, {', '.join(values)}: {condition}."
 
 

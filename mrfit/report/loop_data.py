@@ -18,11 +18,11 @@ from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.ranking import BEST, best, ranked
 from mrfit.report.source import Series, Source
-from mrfit.report.tables import ROLES
+from mrfit.report.tables import ROLE_WORDS
 
 PERIODIC_POINTS = 161
 TRANSIENT_POINTS = 321
-TOLERANCE = 0.01
+LOOP_TOLERANCE = 0.01
 """Share of its extent by which a loop that is not periodic may be off."""
 STEPS = 65534
 """Levels of a number: a coordinate is right to a part in 65534 of its curve's range."""
@@ -141,7 +141,7 @@ def _of_output(fits: Sequence[Fit], source: Source, pool: _Pool) -> Output:
             row = Row(
                 fit=number,
                 condition=one.condition,
-                role=ROLES.get(one.role, one.role),
+                role=ROLE_WORDS.get(one.role, one.role),
                 error=round(nrmse, 6) if nrmse is not None and math.isfinite(nrmse) else None,
                 words=percent(nrmse),
                 across=[*across, pool.place(seconds * one.time[at])],
@@ -168,5 +168,5 @@ def _points(one: Series, channels: Sequence[str]) -> NDArray[np.int64]:
         return np.unique(np.linspace(0, count - 1, min(PERIODIC_POINTS, count)).round().astype(np.int64))
     curves = (one.measured, one.simulated)
     kept = [decimate(curve, TRANSIENT_POINTS // 2) for curve in curves]
-    kept += [simplified(one.inputs[c], curve, TOLERANCE) for c in channels[:1] for curve in curves]
+    kept += [simplified(one.inputs[c], curve, LOOP_TOLERANCE) for c in channels[:1] for curve in curves]
     return np.unique(np.concatenate(kept))

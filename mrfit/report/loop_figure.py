@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
     from matplotlib.lines import Line2D
 
-DOTS = 96
+LOOP_DOTS = 96
 """Measured samples of a loop that are drawn: fewer hide a corner, more become a line."""
 HISTORY_POINTS = 1500
 AXIS_LETTERS, SHORT = 8, 28
@@ -190,7 +190,7 @@ def _draw_curve(axes: "Axes", one: Series, look: _Look, plane: _Plane, dots: boo
     if dots:
         shown = shown_cycles(one)
         across, measured = _across(one, plane.over)[shown], one.measured[shown]
-        at = evenly_along(across, measured, DOTS)
+        at = evenly_along(across, measured, LOOP_DOTS)
         mark: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.2, "mew": 0, "color": look.dots}
         axes.plot(plane.across * across[at], plane.up * measured[at], **mark)
     across, simulated = _across(one, plane.over)[window], one.simulated[window]

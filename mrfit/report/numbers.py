@@ -11,7 +11,7 @@ from mrfit.io.escapes import visible
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREEK = "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi omega".split()
-MISSING = "–"
+MISSING_NUMBER = "–"
 # An error within this factor of the noise floor is the noise's
 WITHIN_NOISE = 1.1
 
@@ -97,7 +97,7 @@ def in_html(text: str) -> str:
     """Return a plain number for the page: true minus sign, power of ten in superscripts, a dash for none."""
     mantissa, _, exponent = text.partition("e")
     power = f"×10{exponent.translate(SUPERSCRIPTS)}" if exponent else ""
-    return (mantissa.replace("-", "−") + power) or MISSING
+    return (mantissa.replace("-", "−") + power) or MISSING_NUMBER
 
 
 def percent(share: float | None) -> str:

@@ -12,16 +12,16 @@ from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.report.determined import sentences, words_of
 from mrfit.report.doubts import Doubt, doubts
 from mrfit.report.figures import Figure
-from mrfit.report.key import TEMPLATE
+from mrfit.report.key import REPORT_TEMPLATE
 from mrfit.report.loop_data import loop_json
-from mrfit.report.numbers import MISSING, in_html, percent, significant, unit_html, with_interval
+from mrfit.report.numbers import MISSING_NUMBER, in_html, percent, significant, unit_html, with_interval
 from mrfit.report.output_unit import OutputUnit, output_unit
 from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
 from mrfit.report.ranking import RankedFit, above_best, comparable, ranked
 from mrfit.report.sections import SectionFigure, exact, figures_in_page, template_of
 from mrfit.report.source import Source
-from mrfit.report.tables import METRIC_COLUMNS, ROLES
+from mrfit.report.tables import METRIC_COLUMNS, ROLE_WORDS
 from mrfit.report.verdict import GroupedWarning, cautions, open_directions, verdict
 from mrfit.settings.fit import Settings as FitSettings
 from mrfit.signal.metrics import METRICS
@@ -29,9 +29,9 @@ from mrfit.signal.metrics import METRICS
 if TYPE_CHECKING:
     pass
 
-LONG = 40
+LONG_TABLE = 40
 """Rows from which a table is folded until it is asked for."""
-WIDE = 9
+WIDE_TABLE = 9
 """Columns of parameters from which a table of them is set out as several."""
 
 
@@ -56,14 +56,14 @@ def render(
     """
     fits = [_fit(k, fit, figures[fit.name], source) for k, fit in enumerate(source.fits, start=1)]
     anchors = {f.fit.name: f.anchor for f in fits}
-    return template_of(TEMPLATE).render(
+    return template_of(REPORT_TEMPLATE).render(
         fits=fits,
         outdated=source.outdated,
         brief=[fit.name for fit in source.fits if in_full is not None and fit.name not in in_full],
         rankings=rankings(source.fits, anchors),
         predictions=predictions,
         loops=loop_json(source),
-        long=LONG,
+        long=LONG_TABLE,
         poor=round(100.0 * POOR),
         definitions=METRICS,
         recordings=[recording_row(r) for r in source.ingest.recordings] if source.ingest else [],
@@ -166,7 +166,7 @@ def number(value: float | None, text: str | None = None) -> Markup:
 
 def share(value: float | None) -> Markup:
     """Return a share for a cell in percent; for machines it stays a fraction."""
-    return exact(value, MISSING if value is None else percent(value))
+    return exact(value, MISSING_NUMBER if value is None else percent(value))
 
 
 def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> FitSection:
@@ -194,7 +194,7 @@ def _sets(sets: Sequence[tuple[str, Sequence[Quantity]]]) -> list[Sets]:
     columns = max((len(quantities) for _, quantities in sets), default=0)
     if not columns:
         return []
-    parts = 1 if len(sets) == 1 else -(-columns // WIDE)
+    parts = 1 if len(sets) == 1 else -(-columns // WIDE_TABLE)
     edges = [round(k * columns / parts) for k in range(parts + 1)]
     return [
         Sets(
@@ -294,7 +294,7 @@ def _errors(row: MetricRow, scale: OutputUnit) -> ErrorRow:
     for name in METRIC_COLUMNS[3:]:
         value, factor = getattr(row, name), of_column.get(name, scale.factor)
         values.append(number(value, significant(None if value is None else factor * value)))
-    role = ROLES.get(row.role, row.role)
+    role = ROLE_WORDS.get(row.role, row.role)
     return ErrorRow(row.condition, role, pooled=row.condition == "all", samples=row.samples, values=values)
 
 

@@ -9,7 +9,7 @@ from mrfit.io.schemas.fit import Fit
 from mrfit.report import paper
 from mrfit.report.corner_figure import corner, has_draws
 from mrfit.report.curves import worst_of_each
-from mrfit.report.figures import WIDTH, Drawing, Figure, error_figure, has_errors
+from mrfit.report.figures import FIGURE_WIDTH, Drawing, Figure, error_figure, has_errors
 from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import has_profiles, profiles
@@ -19,8 +19,8 @@ from mrfit.report.svg import to_svg
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-POINTS = 400
-FEW = 2
+PAGE_POINTS = 400
+FEW_LEVELS = 2
 """Conditions whose correlation is drawn: the worst and that about the median."""
 
 
@@ -45,7 +45,7 @@ def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment
         made.append(partial(_predicted, FitSeries(fit, finite)))
         order = sorted(finite, key=lambda s: s.error)
         chosen = {id(order[-1]), id(order[len(order) // 2])}
-        made.append(partial(_correlation, FitSeries(fit, [s for s in finite if id(s) in chosen][:FEW])))
+        made.append(partial(_correlation, FitSeries(fit, [s for s in finite if id(s) in chosen][:FEW_LEVELS])))
     if any(len([c for c in r.starts or [] if c]) > 1 for r in fit.results):
         made.append(partial(_starts, fit))
     if has_profiles(fit):
@@ -68,13 +68,13 @@ def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
         else "Parameters that depend on current, with their values at the nodes and 95 % intervals. The inner band "
         "holds the true value at any one current in 95 of 100 cases, the outer one the whole true curve."
     )
-    canvas = parameters([fit], segments, over, WIDTH)
+    canvas = parameters([fit], segments, over, FIGURE_WIDTH)
     return _figure(fit, canvas, ("parameters", f"Parameters over {over}", caption))
 
 
 def _predicted(drawn: FitSeries) -> Figure:
     caption = "Simulated over measured output at samples of every condition; on the line both are equal."
-    canvas = paper.predicted([drawn], WIDTH * 0.6, POINTS)
+    canvas = paper.predicted([drawn], FIGURE_WIDTH * 0.6, PAGE_POINTS)
     figure = _figure(drawn.fit, canvas, ("predicted", "Simulated over measured", caption))
     return Figure(**{**vars(figure), "narrow": True})
 
@@ -85,13 +85,13 @@ def _correlation(drawn: FitSeries) -> Figure:
         "the lag, in the condition of the largest error and in that about the median. The band holds 95 % of what "
         "chance makes of independent samples."
     )
-    canvas = paper.correlation(drawn, WIDTH)
+    canvas = paper.correlation(drawn, FIGURE_WIDTH)
     return _figure(drawn.fit, canvas, ("correlation", "Correlation of the residual", caption))
 
 
 def _starts(fit: Fit) -> Figure:
     caption = "Cost at which each start of a search ended, the best first: a flat beginning says that starts agree."
-    figure = _figure(fit, paper.starts([fit], WIDTH * 0.6), ("starts", "Costs of starts", caption))
+    figure = _figure(fit, paper.starts([fit], FIGURE_WIDTH * 0.6), ("starts", "Costs of starts", caption))
     return Figure(**{**vars(figure), "narrow": True})
 
 
@@ -100,11 +100,11 @@ def _profiles(fit: Fit) -> Figure:
         "Rise of the sum of squares, over the variance of the residual widened for its correlation, as one parameter "
         "is held and the others are refitted. Dots were computed; the dashed line cuts a profile at its 95 % interval."
     )
-    return _figure(fit, profiles([fit], WIDTH), ("profiles", "Profile likelihood of the parameters", caption))
+    return _figure(fit, profiles([fit], FIGURE_WIDTH), ("profiles", "Profile likelihood of the parameters", caption))
 
 
 def _corner(fit: Fit) -> Figure:
     first = next(r for r in fit.results if r.draws)
     caption = f"Draws of the posterior of {first.condition}, flat within the bounds: each, and two over each other."
-    figure = _figure(fit, corner(fit, WIDTH * 0.8), ("corner", "Posterior of the parameters", caption))
+    figure = _figure(fit, corner(fit, FIGURE_WIDTH * 0.8), ("corner", "Posterior of the parameters", caption))
     return Figure(**{**vars(figure), "narrow": True})

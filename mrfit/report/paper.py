@@ -36,7 +36,7 @@ PRINT: dict[str, Any] = {
     "legend.handlelength": 2.2,
 }
 """Sizes in pt for print; the least is 7."""
-NARROW = 4.5
+NARROW_WIDTH = 4.5
 """Inches below which panels stand one below the other."""
 COLOURS = (SIMULATED, HOLDOUT, "#0f766e", "#7e22ce", "#a16207", "#475569")
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (8, 2)), (0, (3, 1.5)))
@@ -60,7 +60,7 @@ def panels(
     width: float, count: int, across: int = 2, ratio: float = 0.72, narrow: int = 1
 ) -> tuple["Canvas", list["Axes"]]:
     """Return a figure of a width in inches with so many panels, ``across`` side by side or ``narrow`` in a column."""
-    columns = min(count, narrow if width < NARROW else across)
+    columns = min(count, narrow if width < NARROW_WIDTH else across)
     rows = -(-count // columns)
     # a figure is no taller than a page
     canvas = canvas_of(width, max(1.45 if rows > 2 else 1.9, (ratio if rows <= 2 else 0.5) * width / columns) * rows)

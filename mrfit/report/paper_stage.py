@@ -20,13 +20,13 @@ from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
 from mrfit.report.source import Series, read_source
 from mrfit.report.svg import style, to_svg
-from mrfit.settings.figure import KINDS, Settings
+from mrfit.settings.figure import FIGURE_KINDS, Settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 INCHES = {"mm": 1.0 / 25.4, "cm": 1.0 / 2.54, "in": 1.0, "pt": 1.0 / 72.0}
-FORMATS = ("pdf", "svg", "png")
+FIGURE_FORMATS = ("pdf", "svg", "png")
 CORRELATED = 2
 """Conditions in a figure of the residual's correlation where none is named."""
 
@@ -66,7 +66,7 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     workspace
         Holds the fits.
     kind
-        One of ``KINDS``.
+        One of ``FIGURE_KINDS``.
     settings
         Which fits and conditions, over what, how wide.
     out
@@ -79,11 +79,11 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     DataError
         If there is nothing to draw.
     """
-    if kind not in KINDS:
-        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(KINDS)}{near(kind, KINDS)}")
-    wrong = [f for f in settings.formats if f not in FORMATS]
+    if kind not in FIGURE_KINDS:
+        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(FIGURE_KINDS)}{near(kind, FIGURE_KINDS)}")
+    wrong = [f for f in settings.formats if f not in FIGURE_FORMATS]
     if wrong or not settings.formats:
-        raise ConfigError(f"--format takes {', '.join(FORMATS)}, not '{', '.join(wrong)}'")
+        raise ConfigError(f"--format takes {', '.join(FIGURE_FORMATS)}, not '{', '.join(wrong)}'")
     width = width_of(settings.width)
     source = read_source(workspace, settings.fits)
     drawn = [FitSeries(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 UNITS = {"current": "A", "temperature": "°C", "frequency": "Hz", "amplitude": "SI"}
-MOST = 12
-FEW = 40
+PANELS_MAX = 12
+FEW_DOTS = 40
 """Points of a panel that are marked one by one."""
 SAME = 0.05
 """Share within which two tests have the same frequency, amplitude or current."""
@@ -66,7 +66,7 @@ def parameters(fits: Sequence[Fit], segments: Sequence[Segment], over: str, widt
         raise DataError(
             f"{names}: no parameter has several values over {over}; fit per condition, or draw over another"
         )
-    chosen = list(found)[:MOST]
+    chosen = list(found)[:PANELS_MAX]
     canvas, axes = panels(width, len(chosen), across=3)
     labels = list(dict.fromkeys(line.label for name in chosen for line in found[name]))
     for panel, name in zip(axes, chosen, strict=True):
@@ -101,7 +101,7 @@ def quantity_of(fit: Fit, segments: Sequence[Segment]) -> str:
 
 
 def _panel(axes: "Axes", lines: Sequence[_Line], name: str, labels: Sequence[str]) -> None:
-    few = sum(len(line.places) for line in lines) <= FEW
+    few = sum(len(line.places) for line in lines) <= FEW_DOTS
     for line in lines:
         number = labels.index(line.label)
         colour, dash = COLOURS[number % len(COLOURS)], DASHES[number % len(DASHES)]

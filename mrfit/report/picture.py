@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from mrfit.report.svg import style
 
-DOTS = 100
+PICTURE_DOTS = 100
 """Dots per inch on a screen."""
 
 
@@ -16,5 +16,5 @@ class Picture(Figure):
     def _repr_png_(self) -> bytes:
         written = io.BytesIO()
         with style():
-            self.savefig(written, format="png", dpi=DOTS)
+            self.savefig(written, format="png", dpi=PICTURE_DOTS)
         return written.getvalue()

@@ -17,8 +17,8 @@ from mrfit.io.schemas.prediction import PredictionFile
 from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import Workspace
 from mrfit.report.curves import decimate, prefixed, sheets, shown_cycles
-from mrfit.report.figures import WIDTH, axis_label, draw_band
-from mrfit.report.key import FORMATS, prediction_files
+from mrfit.report.figures import FIGURE_WIDTH, axis_label, draw_band
+from mrfit.report.key import TABLE_FORMATS, prediction_files
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.paper import panels
@@ -26,14 +26,14 @@ from mrfit.report.source import Series
 from mrfit.report.svg import inline, style, to_svg
 
 # Columns of its table: where a row belongs, and what is drawn
-WORDS, NUMBERS = ("segment", "condition"), ("time", "measured", "simulated")
-BAND = ("high_parameters", "high")
+WORDS, PREDICTION_NUMBERS = ("segment", "condition"), ("time", "measured", "simulated")
+BAND_ENDS = ("high_parameters", "high")
 AGAIN = "delete it and run `mrfit predict` again"
 
 
 def figure_of(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | None]) -> str:
     """Return time histories of a prediction, a panel a segment; without a measured output the simulated one alone."""
-    canvas, axes = panels(WIDTH, len(series), across=3 if len(series) > 4 else 2, ratio=0.6)
+    canvas, axes = panels(FIGURE_WIDTH, len(series), across=3 if len(series) > 4 else 2, ratio=0.6)
     scale = output_unit(fit)
     seconds, time_unit = prefixed(max(float(s.time[shown_cycles(s)][-1]) for s in series), "s")
     for panel, one in zip(axes, series, strict=True):
@@ -92,12 +92,14 @@ def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[Predictio
 
 def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
     path = folder / about.series
-    if path.parent != folder or path.suffix not in FORMATS:
+    if path.parent != folder or path.suffix not in TABLE_FORMATS:
         raise DataError(f"{folder / about.name}.json: '{about.series}' is no file of this folder; {AGAIN}")
     try:
         whole = _read_table(path)
         words = [whole.column(name).unify_dictionaries().combine_chunks() for name in WORDS]
-        columns = {name: floats(whole.column(name)) for name in (*NUMBERS, *BAND) if name in whole.column_names}
+        columns = {
+            name: floats(whole.column(name)) for name in (*PREDICTION_NUMBERS, *BAND_ENDS) if name in whole.column_names
+        }
     except (OSError, ValueError, KeyError) as error:
         raise DataError(f"{path}: cannot be read ({str(error).splitlines()[0]}); {AGAIN}") from error
     codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
@@ -105,10 +107,10 @@ def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
     for code in dict.fromkeys(codes[0].tolist()):
         at = np.flatnonzero(codes[0] == code)
         segment, condition = (str(w.dictionary[int(c[at[0]])].as_py()) for w, c in zip(words, codes, strict=True))
-        time, measured, simulated = (columns[name][at] for name in NUMBERS)
+        time, measured, simulated = (columns[name][at] for name in PREDICTION_NUMBERS)
         frequency = about.frequencies.get(segment, 0.0)
-        wide = [columns[name][at] - simulated for name in BAND if name in columns]
-        width = Width(*wide) if len(wide) == len(BAND) else None
+        wide = [columns[name][at] - simulated for name in BAND_ENDS if name in columns]
+        width = Width(*wide) if len(wide) == len(BAND_ENDS) else None
         found.append(Series(condition, segment, "predict", time, measured, simulated, {}, frequency, width=width))
     return found
 
@@ -124,11 +126,11 @@ def _read_table(path: Path) -> Any:
         types = {name: pa.dictionary(pa.int32(), pa.string()) for name in WORDS}
         with path.open(encoding="utf-8") as lines:
             header = lines.readline()
-        drawn = [*WORDS, *NUMBERS, *(name for name in BAND if f'"{name}"' in header)]
+        drawn = [*WORDS, *PREDICTION_NUMBERS, *(name for name in BAND_ENDS if f'"{name}"' in header)]
         options = pyarrow.csv.ConvertOptions(include_columns=drawn, column_types=types)
         return pyarrow.csv.read_csv(path, convert_options=options)
     with pyarrow.parquet.ParquetFile(path, read_dictionary=list(WORDS)) as file:
         rows = file.metadata.num_rows
-        drawn = [*WORDS, *NUMBERS, *(name for name in BAND if name in file.schema_arrow.names)]
+        drawn = [*WORDS, *PREDICTION_NUMBERS, *(name for name in BAND_ENDS if name in file.schema_arrow.names)]
         check_room(f"{path}: its {rows} samples", 8.0 * rows * len(drawn))
         return file.read(drawn)

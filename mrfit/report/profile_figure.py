@@ -11,17 +11,17 @@ from scipy.interpolate import PchipInterpolator
 from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit, Profile, Quantity
 from mrfit.report.numbers import unit_html
-from mrfit.report.paper import COLOURS, DASHES, MOST_PANELS, NARROW, panels
+from mrfit.report.paper import COLOURS, DASHES, MOST_PANELS, NARROW_WIDTH, panels
 from mrfit.simulate.current_dependence import base_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-CURVE = 120
+PROFILE_POINTS = 120
 TALLEST = 2.2
 """Multiples of the rise at the interval's ends up to which profiles are drawn."""
-FEW = 6
+FEW_PROFILES = 6
 """Sets of parameters on shared axes."""
 
 
@@ -45,7 +45,7 @@ def profiles(fits: Sequence[Fit], width: float) -> "Canvas":
     Parameters
     ----------
     fits
-        The fits; of many sets of parameters the first ``FEW`` are drawn.
+        The fits; of many sets of parameters the first ``FEW_PROFILES`` are drawn.
     width
         Inches.
 
@@ -56,7 +56,7 @@ def profiles(fits: Sequence[Fit], width: float) -> "Canvas":
     """
     found: dict[str, list[_NamedProfile]] = {}
     for fit in fits:
-        for result in [r for r in fit.results if r.profiles][:FEW]:
+        for result in [r for r in fit.results if r.profiles][:FEW_PROFILES]:
             label = ", ".join([fit.name] * (len(fits) > 1) + [result.condition] * (len(fit.results) > 1))
             rows = {q.name: q for q in result.parameters}
             for profile in result.profiles:
@@ -73,7 +73,7 @@ def profiles(fits: Sequence[Fit], width: float) -> "Canvas":
             _profile(panel, one, labels.index(one.label))
         quantity = found[name][0].quantity
         words, unit = f"{quantity.text[:1].upper()}{quantity.text[1:]}, {base_name(name)}", unit_html(quantity.unit)
-        panel.set_title(fill(f"{words} ({unit})" if unit else words, 24 if width < NARROW and narrow > 1 else 40))
+        panel.set_title(fill(f"{words} ({unit})" if unit else words, 24 if width < NARROW_WIDTH and narrow > 1 else 40))
         panel.locator_params(axis="x", nbins=3 if narrow > 1 else 4)
         panel.locator_params(axis="y", nbins=5)
     if 1 < len(labels) <= len(COLOURS):
@@ -92,7 +92,7 @@ def _profile(axes: "Axes", one: _NamedProfile, number: int) -> None:
     roots = np.where(values < one.quantity.value, -1.0, 1.0) * rises[places]
     axes.axhline(limit, color="#334155", lw=0.7, ls=(0, (4, 2)))
     if len(values) > 2:
-        fine = np.linspace(values[0], values[-1], CURVE)
+        fine = np.linspace(values[0], values[-1], PROFILE_POINTS)
         axes.plot(fine, PchipInterpolator(values, roots)(fine) ** 2, ls=dash, lw=0.9, color=colour)
     axes.plot(values, roots**2, ls="none", marker="o", ms=2.2, color=colour, label=one.label or None)
     for end in (one.quantity.low, one.quantity.high):

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import Segment
 from mrfit.io.schemas.stages import About, FluxFile, FluxRow, FoundOddity
-from mrfit.report.numbers import MISSING, in_html, natural, significant, unit_html
-from mrfit.report.tables import ROLES
+from mrfit.report.numbers import MISSING_NUMBER, in_html, natural, significant, unit_html
+from mrfit.report.tables import ROLE_WORDS
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def segment_rows(segments: Sequence[Segment]) -> list[SegmentRow]:
         SegmentRow(
             id=s.id,
             condition=s.condition,
-            role=ROLES.get(s.role, s.role),
+            role=ROLE_WORDS.get(s.role, s.role),
             waveform=s.waveform,
             drive=s.drive,
             frequency=_with_unit(s.frequency or None, "Hz"),
@@ -142,4 +142,4 @@ def segment_rows(segments: Sequence[Segment]) -> list[SegmentRow]:
 
 def _with_unit(value: float | None, unit: str, digits: int = 3) -> str:
     text = significant(value, digits)
-    return f"{in_html(text)} {unit}".strip() if text else MISSING
+    return f"{in_html(text)} {unit}".strip() if text else MISSING_NUMBER

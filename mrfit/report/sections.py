@@ -12,14 +12,14 @@ from markupsafe import Markup, escape
 
 from mrfit.core.counting import number_of
 from mrfit.report.figures import Figure
-from mrfit.report.key import TEMPLATE
+from mrfit.report.key import REPORT_TEMPLATE
 from mrfit.report.numbers import in_html, significant
 from mrfit.report.svg import inline
 
 if TYPE_CHECKING:
     from jinja2 import Template
 
-SECTIONS_TEMPLATE = TEMPLATE.with_name("sections.html.jinja")
+SECTIONS_TEMPLATE = REPORT_TEMPLATE.with_name("sections.html.jinja")
 VERDICTS = {"pass": "pass", "fail": "fail", "cannot be judged": "open"}
 """Cells that say a verdict -> their class in the page."""
 NUMBER_SHOWN = re.compile(r"[−-]?\d[\d.]*(×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?( \S+)?")
@@ -139,7 +139,7 @@ def figures_in_page(figures: Sequence[Figure], prefix: str) -> list[SectionFigur
 
 def hover_script() -> str:
     """Return the script by which figures say their values under the pointer, as those of the report do."""
-    return TEMPLATE.with_name("page.js.jinja").read_text(encoding="utf-8")
+    return REPORT_TEMPLATE.with_name("page.js.jinja").read_text(encoding="utf-8")
 
 
 def cell(value: Any, digits: int = 3) -> str:

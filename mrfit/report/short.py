@@ -28,12 +28,12 @@ from mrfit.simulate.current_dependence import base_name
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-TEMPLATE = Path(__file__).with_name("short.html.jinja")
-WIDTH = 186.0 / 25.4
+SHORT_TEMPLATE = Path(__file__).with_name("short.html.jinja")
+SHORT_WIDTH = 186.0 / 25.4
 """Inches between the margins of a page."""
-PLACES, ROWS, CURVES, CAUTIONS = 6, 20, 3, 3
+SHORT_PLACES, SHORT_ROWS, CURVES, CAUTIONS = 6, 20, 3, 3
 """Fits, parameters, panels of parameters and reasons for caution for which two pages have room."""
-LONGEST = 240
+LONGEST_TEXT = 240
 """Characters of a reason for caution."""
 
 
@@ -60,15 +60,15 @@ def render(source: Source) -> str:
 
         matplotlib.rcParams.update(cast(Any, paper.PRINT))
         first, second = _figures(fit, source)
-    return template_of(TEMPLATE).render(
+    return template_of(SHORT_TEMPLATE).render(
         fit=fit,
         verdict=[*verdict(fit), *sentences(fit)],
         judged=own.words,
-        places=places[:PLACES],
-        fits_left=len(rivals) - len(places[:PLACES]),
+        places=places[:SHORT_PLACES],
+        fits_left=len(rivals) - len(places[:SHORT_PLACES]),
         sets=len(fit.results),
-        rows=rows[:ROWS],
-        rows_left=len(rows) - len(rows[:ROWS]),
+        rows=rows[:SHORT_ROWS],
+        rows_left=len(rows) - len(rows[:SHORT_ROWS]),
         cautions=[_shortened(c) for c in reasons[:CAUTIONS]],
         cautions_left=len(reasons) - len(reasons[:CAUTIONS]),
         first=first,
@@ -88,7 +88,7 @@ def _rows(fit: Fit) -> list[tuple[str, QuantityRow]]:
 
 def _shortened(caution: GroupedWarning) -> GroupedWarning:
     text = caution.text
-    return caution if len(text) <= LONGEST else replace(caution, text=text[: LONGEST - 1].rstrip() + "…")
+    return caution if len(text) <= LONGEST_TEXT else replace(caution, text=text[: LONGEST_TEXT - 1].rstrip() + "…")
 
 
 def _figures(fit: Fit, source: Source) -> tuple[list[_Drawing], list[_Drawing]]:
@@ -101,7 +101,7 @@ def _figures(fit: Fit, source: Source) -> tuple[list[_Drawing], list[_Drawing]]:
         caption = "Measured (dots) and simulated (lines)" + (
             f"; not drawn: {number_of('more condition', left)}." if left else "."
         )
-        first.append(_drawing(loops([drawn], WIDTH, "conditions"), caption, 1))
+        first.append(_drawing(loops([drawn], SHORT_WIDTH, "conditions"), caption, 1))
     if over := quantity_of(fit, source.segments):
         caption = f"Parameters over {over}, with their 95 % intervals."
         second.append(_drawing(_curves(fit, source.segments, over), caption, 2))
@@ -118,7 +118,7 @@ def _curves(fit: Fit, segments: Sequence[Segment], over: str) -> "Canvas":
     several = [n for n in names if sum(base_name(p.name) == n for r in fit.results for p in r.parameters) > 1]
     kept = several[:CURVES]
     results = [replace(r, parameters=[p for p in r.parameters if base_name(p.name) in kept]) for r in fit.results]
-    return parameters([replace(fit, results=results)], own, over, WIDTH)
+    return parameters([replace(fit, results=results)], own, over, SHORT_WIDTH)
 
 
 def _drawing(canvas: "Canvas", caption: str, weight: int) -> _Drawing:

@@ -20,7 +20,7 @@ from mrfit.report.ranking import BEST, best, ranked
 from mrfit.report.source import Source, fit_names, read_fits, read_source
 from mrfit.settings.report import Settings as Settings
 
-EARLIER = ("parameters.tex", "metrics.tex")
+EARLIER_TABLES = ("parameters.tex", "metrics.tex")
 """Files that reports had before each fit had a file of its own."""
 
 
@@ -154,7 +154,7 @@ def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None
         for temporary, path in pending:
             temporary.replace(path)
         left = {p for p in folder.glob(".*.tmp") if TEMPORARY.fullmatch(p.name)}
-        earlier = {folder / name for name in EARLIER if (folder / name).is_file()}
+        earlier = {folder / name for name in EARLIER_TABLES if (folder / name).is_file()}
         for path in {*folder.glob("figures/*"), *folder.glob("tables/*"), *earlier, *left} - {
             folder / name for name in files
         }:

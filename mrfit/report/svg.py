@@ -13,7 +13,7 @@ from mrfit.io.escapes import visible_in_page
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STYLE: dict[Any, Any] = {
+SVG_STYLE: dict[Any, Any] = {
     "svg.hashsalt": "mrfit",
     # Text stays text: it can be searched, read aloud and restyled, and files are a third of the size
     "svg.fonttype": "none",
@@ -83,7 +83,7 @@ def style() -> Iterator[None]:
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
+        matplotlib.rcParams.update(SVG_STYLE)
         yield
 
 

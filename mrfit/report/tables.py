@@ -16,7 +16,7 @@ from mrfit.simulate.current_dependence import CurrentNode, base_name, node_of
 from mrfit.simulate.current_levels import exact_parameters
 
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
-ROLES = {"train": "training", "holdout": "hold-out"}
+ROLE_WORDS = {"train": "training", "holdout": "hold-out"}
 COMPARISON_COLUMNS = (
     "fit",
     "model",
@@ -197,7 +197,7 @@ def _errors(fit: Fit) -> Table:
             row.fit_percent,
             _times(scale.factor, row.noise_floor),
         ]
-        rows.append([words(row.condition), words(ROLES.get(row.role, row.role)), *map(number, known)])
+        rows.append([words(row.condition), words(ROLE_WORDS.get(row.role, row.role)), *map(number, known)])
     said = ["NRMSE is over the range of the condition, in the rows all over that of all conditions."]
     said += [f"{c.text}." for c in fit.warnings]
     about = f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics"

@@ -11,7 +11,7 @@ from mrfit.search.result import SearchResult
 from mrfit.search.strategy import Strategy
 
 SPEC = OptimizerSpec(
-    name=coarse_to_fine.NAME,
+    name=coarse_to_fine.AUTO_NAME,
     title="Multi-start bounded Levenberg-Marquardt, linear parameters solved for, on thinned data first",
     reference=f"{multistart.SPEC.reference}; variable projection: Golub and Pereyra (1973), Kaufman (1975)",
     kind="global",

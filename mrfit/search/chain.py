@@ -17,7 +17,7 @@ from mrfit.search.result import ChainLink, Ending, SearchResult
 from mrfit.search.strategy import Strategy
 
 # Strategies that can be written as a part of a chain, and the optimizer that is their part in it
-PARTS = {"auto": "multistart", "staged": "lsq"}
+STRATEGY_PARTS = {"auto": "multistart", "staged": "lsq"}
 
 # What the user gives for options: name, or OPTIMIZER.NAME, and value
 Given = tuple[tuple[str, float], ...]
@@ -163,9 +163,9 @@ def names() -> list[str]:
         If an optimizer has the name of a strategy.
     """
     optimizers = registry.names("optimizer")
-    for taken in sorted(set(PARTS) & set(optimizers)):
+    for taken in sorted(set(STRATEGY_PARTS) & set(optimizers)):
         raise ConfigError(f"optimizer '{taken}' has the name of a strategy of mrfit's own; give it another")
-    return sorted([*PARTS, *optimizers])
+    return sorted([*STRATEGY_PARTS, *optimizers])
 
 
 def steps(name: str, given: Given = ()) -> list[ChainStep]:
@@ -259,7 +259,7 @@ def check(limits: Limits) -> None:
 def _module(part: str) -> Any:
     if part not in names():
         raise unknown_name("optimizer", part, names())
-    return registry.load("optimizer", PARTS.get(part, part))
+    return registry.load("optimizer", STRATEGY_PARTS.get(part, part))
 
 
 def _spec(part: str) -> OptimizerSpec:

@@ -18,7 +18,7 @@ from mrfit.search.variable_projection import Projection, SeparableObjective, pro
 COARSE_BINS = 128
 # Fewest samples that thinned blocks keep together, and each of them; and the error in a drive, as a share of the range,
 # that thinning may bring: anywhere, or in a channel that jumps, at so many of the samples
-FEWEST, FEWEST_EACH = 4096, 512
+THINNED_SAMPLES_MIN, FEWEST_EACH = 4096, 512
 DRIVE_ERROR, JUMP, CALM = 0.02, 0.3, 0.85
 THINNINGS = (16, 8, 4, 3, 2)
 # Descents of the coarse search that are tried on all data
@@ -28,21 +28,21 @@ TRIED = 4
 FAITHFUL = (0.5, 1.1)
 # Descents on thinned data that ended no more than this share above the best, and so far apart along some axis of the
 # cube, may be better on all data
-WORTH_TRYING, APART = 0.3, 0.02
+WORTH_TRYING, DESCENTS_APART = 0.3, 0.02
 # Shares of what comes before the first sample compared that may be enough
 LEADS = (0.0, 0.0625, 0.5)
 # Share of the largest residual by which leaving out the rest may change any: bit by bit, on thinned data, at an optimum
-UNCHANGED, ROUGH, CLOSE = 1e-12, 1e-5, 1e-8
+UNCHANGED, LEAD_CHANGE_ROUGH, LEAD_CHANGE_CLOSE = 1e-12, 1e-5, 1e-8
 # Tolerance to which the best descent goes on on thinned data, where a step costs a fraction of one on all data
-POLISHED = 1e-5
+THINNED_TOLERANCE = 1e-5
 # Share of the unit of chi square, the squared cost per sample, below which no fall counts on all data: estimates are
 # then within a thirtieth of their standard errors of the optimum
 FALL = 1e-3
 # Steps on all data for which evaluations are kept back where they are limited
-STEPS = 15
+STEPS_KEPT_BACK = 15
 
 # Under what name its links are told
-NAME = "auto"
+AUTO_NAME = "auto"
 
 
 class ThinnedSearch(NamedTuple):
@@ -88,9 +88,9 @@ def search_thinned(posed: LeastSquaresProblem, starts: Array, run: SearchContext
             completed(outcome, objective, to_full_cube(objective, outcome.point[None, :])), nowhere, projection
         )
     coarse = objective_of(thin, projection, starts, run.on_progress)
-    kept = min(STEPS * coarse.model_simulations, budget // 2)
+    kept = min(STEPS_KEPT_BACK * coarse.model_simulations, budget // 2)
     limits = run.limits._replace(budget=max(budget - kept, 1))
-    first = _polished(_many_starts(coarse, run.rng, limits, multistart.SETTLED), coarse)
+    first = _polished(_many_starts(coarse, run.rng, limits, multistart.SETTLED_TOLERANCE), coarse)
     points = to_full_cube(coarse, np.array(_apart(first)))
     return ThinnedSearch(completed(first, coarse, points), points if np.isfinite(first.cost) else nowhere, projection)
 
@@ -105,14 +105,14 @@ def default_budget(dimension: int) -> int:
 
 
 def _many_starts(
-    objective: Objective, rng: np.random.Generator, limits: Limits, tolerance: float = multistart.EXACT
+    objective: Objective, rng: np.random.Generator, limits: Limits, tolerance: float = multistart.EXACT_CHANGE
 ) -> SearchResult:
     """Return where descents from many starts end on one problem, see ``optimizers.multistart``."""
 
     def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
         return multistart.search(objective, rng, tolerance)
 
-    return chain.run_steps([chain.ChainStep(NAME, multistart.SPEC, minimise, {})], objective, rng, limits)
+    return chain.run_steps([chain.ChainStep(AUTO_NAME, multistart.SPEC, minimise, {})], objective, rng, limits)
 
 
 def thin_problem(
@@ -124,7 +124,7 @@ def thin_problem(
     """
     assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
     thin = replace(posed, blocks=thinned(posed.blocks), assembly=assembly)
-    thin = shortened(thin, points, ROUGH, LEADS)
+    thin = shortened(thin, points, LEAD_CHANGE_ROUGH, LEADS)
     projection = projection_of(thin)
     # a small budget is not enough for a point with its best linear parameters on either data
     few = projection is not None and budget < 2 * (len(projection.moving) + 1)
@@ -138,13 +138,13 @@ def refine_on_all_data(posed: LeastSquaresProblem, coarse: ThinnedSearch, run: S
     """
     first, points, projection = coarse
     budget = _budget(posed, run)
-    near = shortened(posed, points[:1], CLOSE, LEADS)
+    near = shortened(posed, points[:1], LEAD_CHANGE_CLOSE, LEADS)
     fine = objective_of(near, projection, points, offset_progress(first.nfev, run.on_progress))
     fine.allow(budget - first.nfev, deadline=run.deadline)
-    tolerance = min(FALL / posed.samples, POLISHED)
+    tolerance = min(FALL / posed.samples, THINNED_TOLERANCE)
     ended = multistart.refine(fine, np.asarray(fine.starts), tolerance)
     points = to_full_cube(fine, fine.best_point[None, :])
-    if not _unchanged(posed, near, points, 10.0 * CLOSE):
+    if not _unchanged(posed, near, points, 10.0 * LEAD_CHANGE_CLOSE):
         replace_problem(fine, posed)
         ended = multistart.refine(fine, fine.best_point[None, :], tolerance)
         points = to_full_cube(fine, fine.best_point[None, :])
@@ -229,7 +229,7 @@ def _apart(outcome: SearchResult) -> list[Array]:
     chosen = [outcome.point]
     for descent in outcome.descents:
         near = descent.settled and descent.cost < outcome.cost * (1.0 + WORTH_TRYING)
-        if near and len(chosen) < TRIED and min(np.abs(descent.point - p).max() for p in chosen) > APART:
+        if near and len(chosen) < TRIED and min(np.abs(descent.point - p).max() for p in chosen) > DESCENTS_APART:
             chosen.append(descent.point)
     return chosen
 
@@ -238,7 +238,7 @@ def _polished(first: SearchResult, coarse: Objective) -> SearchResult:
     """Return the outcome of the search on thinned data after its best descent has gone on."""
     if not np.isfinite(first.cost) or first.links[-1].ending == "time":
         return first
-    multistart.refine(coarse, first.point[None, :], POLISHED)
+    multistart.refine(coarse, first.point[None, :], THINNED_TOLERANCE)
     spent, cost = coarse.evaluations, coarse.best_cost
     link = replace(first.links[-1], evaluations=spent, cost=cost, history=tuple(coarse.history))
     return replace(first, point=coarse.best_point.copy(), cost=cost, nfev=spent, links=(link,))
@@ -248,7 +248,7 @@ def _joined(first: SearchResult, fine: Objective, last: SearchResult | None) -> 
     """Return one outcome of the search on thinned data and of that on all data, the latter ended by a chain or not."""
     ended = last.links[-1] if last else None
     link = ChainLink(
-        name=NAME,
+        name=AUTO_NAME,
         kind="local",
         allowed=ended.allowed if ended else fine.evaluations,
         evaluations=fine.evaluations,
@@ -272,7 +272,7 @@ def _joined(first: SearchResult, fine: Objective, last: SearchResult | None) -> 
 
 def thinned(blocks: Sequence[SegmentBlock]) -> list[SegmentBlock]:
     """Return blocks with fewer samples: a folded cycle in fewer bins, another drive at every n-th sample."""
-    fewest = max(FEWEST // max(len(blocks), 2), FEWEST_EACH)
+    fewest = max(THINNED_SAMPLES_MIN // max(len(blocks), 2), FEWEST_EACH)
     return [_fewer_bins(b) if b.bins is not None else _fewer_samples(_one_cycle(b), fewest) for b in blocks]
 
 

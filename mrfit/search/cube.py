@@ -15,7 +15,7 @@ from mrfit.simulate.current_dependence import base_name
 Value = TypeVar("Value")
 
 # Its multiples modulo 1 are different for every parameter and never near 0 or 1: the golden ratio's fraction
-SPREAD = 0.6180339887498949
+GOLDEN_FRACTION = 0.6180339887498949
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Cube:
 
     def probes(self) -> Array:
         """Return two points (2, F) at which to try what a model is like: the start, and one off middle and bounds."""
-        inside = (np.arange(1, len(self.free) + 1) * SPREAD) % 1.0
+        inside = (np.arange(1, len(self.free) + 1) * GOLDEN_FRACTION) % 1.0
         return np.stack([self.start, inside])
 
     def to_theta(self, points: Array) -> Array:

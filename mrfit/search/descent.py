@@ -15,7 +15,7 @@ from mrfit.search.result import ChainLink, SearchResult
 from mrfit.search.strategy import Strategy
 from mrfit.search.variable_projection import projection_of
 
-NAME = "descent"
+DESCENT_NAME = "descent"
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Descent(Strategy):
             over = multistart.refine(objective, objective.best_point[None, :])
         late = how.deadline is not None and time.monotonic() >= how.deadline
         return ChainLink(
-            name=NAME,
+            name=DESCENT_NAME,
             kind="local",
             allowed=allowed,
             evaluations=objective.evaluations,

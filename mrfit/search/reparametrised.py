@@ -13,7 +13,7 @@ from mrfit.search.result import SearchResult
 from mrfit.search.variable_projection import projection_of
 
 # Share of a parameter by which it may lie beyond its bound: rounding
-ROUNDING = 1e-9
+BOUND_ROUNDING = 1e-9
 
 
 def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> SearchResult:
@@ -64,8 +64,8 @@ class _Way:
     def inside(self, point: Array) -> bool:
         """Return whether these are within their bounds, and the point at no bound that is none of theirs."""
         low, high = np.array([(p.low, p.high) for p in self.own.params]).T
-        slack = ROUNDING * np.maximum(np.abs(low), np.abs(high))
-        theta, (below, above) = self.theta(point), (point <= ROUNDING, point >= 1.0 - ROUNDING)
+        slack = BOUND_ROUNDING * np.maximum(np.abs(low), np.abs(high))
+        theta, (below, above) = self.theta(point), (point <= BOUND_ROUNDING, point >= 1.0 - BOUND_ROUNDING)
         bound = np.count_nonzero((theta <= low + slack) | (theta >= high - slack))
         within = np.all((theta >= low - slack) & (theta <= high + slack))
         return bool(within and np.count_nonzero(below | above) <= bound)

@@ -27,16 +27,16 @@ from mrfit.search.strategy import Strategy
 from mrfit.signal.cycles import last_event
 from mrfit.simulate.current_dependence import base_name
 
-NAME = "staged"
+STAGED_NAME = "staged"
 # Waveforms of a stroke whose speed is constant between reversals
 CONSTANT_SPEED = ("triangle", "quasi-static")
 # Rise of the temperature in K, within one segment, that shows what it does to the force
 WARMED = 3.0
 # Evaluations of a stage for each of its parameters and one more
-EVALUATIONS = 200
+STAGE_EVALUATIONS = 200
 # At constant speed counts what the force settles to: samples within this share of the speed, in the last part of each
-STEADY, SETTLED_PART = 0.1, 0.5
-TESTS: Mapping[str, str] = {
+STEADY_SPEED_SHARE, SETTLED_PART = 0.1, 0.5
+STAGE_TESTS: Mapping[str, str] = {
     "constant-speed": "strokes at constant speed and current (triangles)",
     "sine": "sines at constant current",
     "current-step": "tests under a current that moves",
@@ -45,7 +45,7 @@ TESTS: Mapping[str, str] = {
 
 
 SPEC = OptimizerSpec(
-    name=NAME,
+    name=STAGED_NAME,
     title="Stage by stage on the tests made for each part of the model, then least squares on all",
     reference="Savaia et al. sec. 3",
     kind="local",
@@ -65,7 +65,7 @@ class StagedIdentification(Strategy):
         What the user gives for options of its optimizers.
     """
 
-    name: str = NAME
+    name: str = STAGED_NAME
     given: Given = ()
 
     @property
@@ -175,7 +175,7 @@ def warnings(stages: Sequence[SearchStage]) -> list[Caution]:
             later = next((s.stage for s in stages[place + 1 :] if s.segments), None)
             where = f"with those of the {later}, then" if later else "only"
             text = (
-                f"no stage of the {stage.stage}: among the training segments there are no {TESTS[stage.test]}; "
+                f"no stage of the {stage.stage}: among the training segments there are no {STAGE_TESTS[stage.test]}; "
                 f"its parameters were fitted {where} in the joint refinement"
             )
             found.append(Caution(kind="stage-skipped", text=text))
@@ -195,7 +195,7 @@ def settled(block: SegmentBlock, inputs: Sequence[str]) -> SegmentBlock:
         return block
     v = block.drive[inputs.index("velocity")]
     usual = np.median(np.abs(v))
-    steady = np.abs(np.abs(v) - usual) <= STEADY * usual
+    steady = np.abs(np.abs(v) - usual) <= STEADY_SPEED_SHARE * usual
     # samples since the stroke last reversed or left its speed
     ends = np.flatnonzero(~steady | (np.sign(v) != np.sign(np.roll(v, 1))))
     since = np.arange(len(v)) - last_event(ends, len(v))
@@ -220,7 +220,7 @@ def _fitted(
     inputs, blocks = posed.assembly.spec.inputs, [posed.blocks[k] for k in members]
     blocks = [settled(b, inputs) if kind_of(b, inputs) == "constant-speed" else b for b in blocks]
     part = LeastSquaresProblem(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
-    budget = EVALUATIONS * (len(free) + 1)
+    budget = STAGE_EVALUATIONS * (len(free) + 1)
     how = SearchContext(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), no_progress)
     ended = OptimizerChain("multistart").search(part, part.cube.start[None, :], how)
     found: Array = part.cube.to_theta(ended.point[None, :])[0]

@@ -28,9 +28,9 @@ from mrfit.simulate.current_levels import level_of, levels_of
 # Evaluations of the first phase: at the first current, and at each of the others, which start from their neighbour
 FIRST_LEVEL, OTHER_LEVELS = 200, 60
 # Share of the squared cost that the fit at one of the others may leave
-SETTLED = 1e-6
+LEVEL_TOLERANCE = 1e-6
 # Parameters that a message names
-NAMED = 6
+OPEN_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,10 @@ def characteristic_points(
     free = [cube.params[int(k)].name for k in cube.free]
     missing = [n for n in free if base_name(n) not in taken and not any(n in values for values in found)]
     if missing:
-        more = f" and {len(missing) - NAMED} more" if missing[NAMED:] else ""
+        more = f" and {len(missing) - OPEN_NAMED} more" if missing[OPEN_NAMED:] else ""
         raise ConfigError(
-            f"--opt points: the characteristic points of '{base.name}' leave {', '.join(missing[:NAMED])}{more} open; "
-            "give them by --start or --fix, or choose another optimizer"
+            f"--opt points: the characteristic points of '{base.name}' leave {', '.join(missing[:OPEN_NAMED])}{more} "
+            "open; give them by --start or --fix, or choose another optimizer"
         )
     return to_points(cube, found or [{}])
 
@@ -200,7 +200,7 @@ def level_fits(
         own = [replace(blocks[k], drive=np.ascontiguousarray(blocks[k].drive[:inputs])) for k in members]
         problem = LeastSquaresProblem(own, weights[members], base, cube)
         points = np.array([cube.start, *([cube.to_points(fits[-1].theta[None, :])[0]] if fits else [])])
-        strategy = Descent(OTHER_LEVELS, SETTLED, 0.0) if fits else OptimizerChain("multistart", scored=True)
+        strategy = Descent(OTHER_LEVELS, LEVEL_TOLERANCE, 0.0) if fits else OptimizerChain("multistart", scored=True)
         evaluations = OTHER_LEVELS if fits else FIRST_LEVEL
         limits = Limits(evaluations * (len(cube.free) + 1) + len(points), seconds_left(deadline))
         found = search.run(problem, points, limits, rng, strategy)
@@ -211,7 +211,7 @@ def level_fits(
 def descended(residuals: Callable[[Array], Array], point: Array, allowed: int) -> Array:
     """Return the best point (F,) of the cube after damped Gauss-Newton steps from a point, in so many simulations."""
     objective = Objective(residuals, point, allowed, starts=point[None, :])
-    multistart.refine(objective, point[None, :], SETTLED)
+    multistart.refine(objective, point[None, :], LEVEL_TOLERANCE)
     return objective.best_point
 
 

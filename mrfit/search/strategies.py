@@ -38,7 +38,7 @@ class StrategyEntry:
 
 
 # Any other name is a chain of optimizers
-STRATEGIES: Mapping[str, StrategyEntry] = {
+REGISTERED_STRATEGIES: Mapping[str, StrategyEntry] = {
     auto.SPEC.name: StrategyEntry(auto, lambda name, given: auto.Auto(), leads=False),
     staged.SPEC.name: StrategyEntry(staged, staged.StagedIdentification, leads=True),
 }
@@ -53,7 +53,7 @@ def find(name: str, given: Given = ()) -> Strategy:
         If a part is empty, no such optimizer exists, or one that can only begin a chain stands later in it.
     """
     written = parts(name)
-    for own in (STRATEGIES[part] for part in written if part in STRATEGIES):
+    for own in (REGISTERED_STRATEGIES[part] for part in written if part in REGISTERED_STRATEGIES):
         if own.leads or len(written) == 1:
             return own.make(name, given)
     return OptimizerChain(name, given)
@@ -62,4 +62,4 @@ def find(name: str, given: Given = ()) -> Strategy:
 def specs() -> dict[str, OptimizerSpec]:
     """Return what all strategies and optimizers say of themselves, by name, sorted."""
     found = {name: registry.load("optimizer", name).SPEC for name in registry.names("optimizer")}
-    return dict(sorted((found | {name: own.spec for name, own in STRATEGIES.items()}).items()))
+    return dict(sorted((found | {name: own.spec for name, own in REGISTERED_STRATEGIES.items()}).items()))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import LEVELS
+from mrfit.core.channels import LEVEL_CHANNELS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
@@ -88,7 +88,7 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     tolerance
         See ``steady_stretches``.
     """
-    looked_at = {name: recording.channels[name] for name in (drive, *LEVELS) if name in recording.channels}
+    looked_at = {name: recording.channels[name] for name in (drive, *LEVEL_CHANNELS) if name in recording.channels}
     means, step = thinned(replace(recording, channels=looked_at), drive)
     found, said = _detected(means, drive, min_cycles, settle, tolerance)
     segments = tuple(replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found)

@@ -12,7 +12,7 @@ from mrfit.settings.fit import PATIENCE, Bounds, Budget, Fixed, Only, Options, P
 from mrfit.settings.forms import NAMES, Names
 from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
 
-LONGEST = 100
+LONGEST_COMPARISON = 100
 """Characters of a fit's name."""
 
 Models = Annotated[Names, Setting("Models by commas, or all.", form=NAMES, show_default=False)]
@@ -61,9 +61,9 @@ class Settings:
             if field.name not in ("models", "optimizer", "per", "only", "jobs") and value != field.default:
                 name += f".{field.name.replace('_', '-')}-{_written(value)}"
         name = re.sub(r"[^A-Za-z0-9._+-]+", "_", name)
-        if len(name) <= LONGEST:
+        if len(name) <= LONGEST_COMPARISON:
             return name
-        return f"{name[: LONGEST - 9]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+        return f"{name[: LONGEST_COMPARISON - 9]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
     @property
     def names(self) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from mrfit.core.setting import Setting
 from mrfit.settings.forms import LISTED, NAMES, Names
 
-KINDS = ("loops", "parameters", "predicted", "correlation", "starts", "profiles")
+FIGURE_KINDS = ("loops", "parameters", "predicted", "correlation", "starts", "profiles")
 
 
 @dataclass(frozen=True)

@@ -232,7 +232,7 @@ OHMS = SettingForm(
     lambda value: value,
     _ohms_taken,
 )
-ORDER = SettingForm(str, lambda option, text: text, str | int, str, _order_taken)
+ORDER_FORM = SettingForm(str, lambda option, text: text, str | int, str, _order_taken)
 SIZE = SettingForm(
     str | None,
     lambda option, text: None if text is None else size_of(text),

@@ -4,7 +4,7 @@ import os
 from typing import Annotated, Literal
 
 from mrfit.core.setting import Setting
-from mrfit.settings.forms import NUMBERS, OHMS, ORDER, Pairs
+from mrfit.settings.forms import NUMBERS, OHMS, ORDER_FORM, Pairs
 
 CORES = os.cpu_count() or 1
 
@@ -36,6 +36,6 @@ CurrentOrder = Annotated[
         "Order 0-4 of parameters in current, for all or by name; 1:0.2:2 is order 1 to 0.2 A and 2 from there, "
         "meeting, 1/0.2/2 lets them jump.",
         metavar="auto|ORDER|NAME=ORDER,…",
-        form=ORDER,
+        form=ORDER_FORM,
     ),
 ]

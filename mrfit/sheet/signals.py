@@ -19,7 +19,7 @@ from mrfit.io.escapes import visible_in_page
 from mrfit.io.workspace import write_text
 from mrfit.report.curves import decimate, prefixed, simplified
 from mrfit.report.figures import LOOPS, PALETTE, QUIET, axis_label
-from mrfit.report.key import TEMPLATE
+from mrfit.report.key import REPORT_TEMPLATE
 from mrfit.report.picture import Picture
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
@@ -27,7 +27,7 @@ from mrfit.report.svg import style
 from mrfit.segment import stage as segment_stage
 from mrfit.settings.segment import Settings as SegmentSettings
 from mrfit.sheet.page import drawn
-from mrfit.signal.savitzky_golay import NARROWEST, Smoother
+from mrfit.signal.savitzky_golay import WINDOW_MIN, Smoother
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,7 +111,7 @@ def write(
     lead = f"{number} log{'s' * (number != 1)}, before any fit."
     if number > LOGS_DRAWN:
         lead += f" The first {LOGS_DRAWN} are shown; give fewer logs to see others."
-    script = TEMPLATE.with_name("signals.js").read_text(encoding="utf-8")
+    script = REPORT_TEMPLATE.with_name("signals.js").read_text(encoding="utf-8")
     write_text(page, render_sections("Signals as recorded", lead, (), sections, "the logs themselves", script))
     return [page, *pictures], shown
 
@@ -290,5 +290,5 @@ def _across(recording: Recording, name: str, part: slice) -> Array:
     if name in recording.channels:
         return np.asarray(recording.channels[name][part], dtype=np.float64)
     motion = np.asarray(recording.channels["displacement" if name == "velocity" else "angle"][part], dtype=np.float64)
-    rate = Smoother(motion).smoothed(1).values if len(motion) >= NARROWEST else np.gradient(motion)
+    rate = Smoother(motion).smoothed(1).values if len(motion) >= WINDOW_MIN else np.gradient(motion)
     return np.asarray(rate) / recording.dt

@@ -14,10 +14,10 @@ Indices = NDArray[np.int64]
 
 # Samples on each side of a place that is tested, at every level of averaging
 SIDE = 12
-WINDOW = 2 * SIDE
+CORNER_WINDOW = 2 * SIDE
 # Two parabolas and one quintic have as many coefficients: neither fits better by having more freedom.
 COEFFICIENTS = 6
-FREEDOM = WINDOW - COEFFICIENTS
+FREEDOM = CORNER_WINDOW - COEFFICIENTS
 # Residual power in shares of the noise's by which two parabolas must fit better, about one chance in 10⁹ …
 EVIDENCE = 45.0
 # … by which a quintic must, on a finer level, or a corner rounded within so many samples, for the corner to be none …
@@ -27,14 +27,14 @@ ROUNDINGS = (2, 4, 8)
 EXPLAINED, OVERWHELMING = 2.0, 30.0
 # In this share of short windows there is no corner. A level does not resolve the signal if a parabola leaves so many
 # times the noise's power there.
-USUAL, ROUGH = 0.25, 1.5
+USUAL, ROUGH_EXCESS = 0.25, 1.5
 # Quartile of χ² with SIDE − 3 degrees of freedom
 USUAL_BY_CHANCE = 5.899
 # Tested at all only where a kink or a step explains this much
 CANDIDATE = 30.0
 # Rounding errors in shares of a signal's range
-ROUNDING = 1e-10
-GRID = 4_000
+CORNER_ROUNDING = 1e-10
+CORNER_GRID = 4_000
 
 
 def find_corners(values: Array, noise: float) -> Indices:
@@ -55,8 +55,8 @@ def find_corners(values: Array, noise: float) -> Indices:
     span = float(np.ptp(values)) if len(values) else 0.0
     levels: list[_Level] = []
     block = 1
-    while len(values) // block >= 2 * WINDOW and span > 0.0:
-        levels.append(_Level(values, block, max(noise / np.sqrt(block), ROUNDING * span)))
+    while len(values) // block >= 2 * CORNER_WINDOW and span > 0.0:
+        levels.append(_Level(values, block, max(noise / np.sqrt(block), CORNER_ROUNDING * span)))
         fresh = levels[-1].corners(found)
         fresh = fresh[_sharp(levels, fresh)]
         if block > 1:
@@ -73,22 +73,22 @@ class _Level:
         count = len(values) // block
         self.block = block
         self.values = values[: count * block].reshape(count, block).mean(axis=1) if block > 1 else values
-        step = max(1, (count - SIDE) // GRID)
+        step = max(1, (count - SIDE) // CORNER_GRID)
         halves = np.lib.stride_tricks.sliding_window_view(self.values, SIDE)[::step]
         usual = float(np.quantile(_left(halves - halves[:, :1], HALF), USUAL)) / USUAL_BY_CHANCE
         self.power = max(noise**2, usual)
         # where a parabola leaves more than noise, this level does not resolve the signal
-        self.rough = usual > ROUGH * noise**2
+        self.rough = usual > ROUGH_EXCESS * noise**2
 
     def residuals(self, places: Indices) -> tuple[Array, Array]:
         """Return the sums of squares (C,) that two parabolas and that one quintic leave about places (C,)."""
-        windows = np.lib.stride_tricks.sliding_window_view(self.values, WINDOW)[places - SIDE]
+        windows = np.lib.stride_tricks.sliding_window_view(self.values, CORNER_WINDOW)[places - SIDE]
         windows = windows - windows.mean(axis=1, keepdims=True)
         return _left(windows, SPLIT), _left(windows, SMOOTH)
 
     def rounding(self, places: Indices) -> Array:
         """Return the power (C,) of what two parabolas leave about places (C,) that a bend explains, but no corner."""
-        windows = np.lib.stride_tricks.sliding_window_view(self.values, WINDOW)[places - SIDE]
+        windows = np.lib.stride_tricks.sliding_window_view(self.values, CORNER_WINDOW)[places - SIDE]
         windows = windows - windows.mean(axis=1, keepdims=True)
         explained: Array = np.max((windows @ BENDS) ** 2, axis=1)
         return explained
@@ -116,7 +116,7 @@ class _Level:
     def _candidates(self, known: Indices) -> Indices:
         """Return the places where a kink or a step explains most for its neighbourhood, away from known corners."""
         centred = self.values - self.values.mean()
-        kink, step = (correlated(centred, shape) for shape in (KINK, STEP))
+        kink, step = (correlated(centred, shape) for shape in (KINK, STEP_SHAPE))
         power = kink**2 + step**2
         peaks = (power == greatest_near(power, SIDE // 2)) & (power > CANDIDATE * self.power)
         blocked = np.zeros(len(power) + 1, dtype=np.int64)
@@ -194,20 +194,20 @@ def _orthonormal(columns: Array) -> Array:
 
 
 def _beyond_cubic(shape: Array) -> Array:
-    """Return what a cubic leaves of a shape (WINDOW,), of unit length."""
+    """Return what a cubic leaves of a shape (CORNER_WINDOW,), of unit length."""
     cubic = SMOOTH[:, :4]
     residual = shape - cubic @ (cubic.T @ shape)
     unit: Array = residual / np.linalg.norm(residual)
     return unit
 
 
-OFFSETS = (np.arange(WINDOW) - (WINDOW - 1) / 2) / SIDE
+OFFSETS = (np.arange(CORNER_WINDOW) - (CORNER_WINDOW - 1) / 2) / SIDE
 SMOOTH = _orthonormal(np.vander(OFFSETS, COEFFICIENTS, increasing=True))
 SPLIT = _orthonormal(
     np.concatenate([np.vander(OFFSETS, 3, increasing=True) * (side * OFFSETS > 0)[:, None] for side in (-1, 1)], axis=1)
 )
 HALF = _orthonormal(np.vander(np.arange(SIDE) / SIDE, 3, increasing=True))
-KINK, STEP = _beyond_cubic(np.abs(OFFSETS)), _beyond_cubic(np.sign(OFFSETS))
+KINK, STEP_SHAPE = _beyond_cubic(np.abs(OFFSETS)), _beyond_cubic(np.sign(OFFSETS))
 BENDS = np.stack([np.maximum(1.0 - np.abs(OFFSETS) * SIDE / width, 0.0) ** 2 for width in ROUNDINGS], axis=1)
 BENDS = BENDS - SPLIT @ (SPLIT.T @ BENDS)
 BENDS = BENDS / np.linalg.norm(BENDS, axis=0)

@@ -18,8 +18,8 @@ SCALES = (0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
 NOISE_SWING = 8.0
 # A stretch ends where the signal leaves its Fourier series by this share of its amplitude; neighbouring cycles agree
 # in period and extremes within some times that.
-TOLERANCE = 0.02
-AGREEMENT = 2.5
+PERIOD_TOLERANCE = 0.02
+CYCLE_AGREEMENT = 2.5
 # Shorter runs amid many more reversals of like size are chance.
 CHANCE_CYCLES = 5
 REPEATED = 0.9
@@ -108,7 +108,7 @@ def without_small_swings(values: Array, swing: float) -> Array:
 
 
 def steady_stretches(
-    values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = TOLERANCE
+    values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = PERIOD_TOLERANCE
 ) -> list[SteadyCycles]:
     """Return the stretches in which a signal repeats itself, in order of time; they do not overlap.
 
@@ -135,12 +135,12 @@ def steady_stretches(
             break
         for limits in gaps(found, len(values)):
             cycles = _cycles(values, limits, swing, levels)
-            runs = _runs(cycles, AGREEMENT * tolerance, max(search.noise, 0.002 * swing), level_noise)
+            runs = _runs(cycles, CYCLE_AGREEMENT * tolerance, max(search.noise, 0.002 * swing), level_noise)
             found += search.refined([r for r in runs if len(r) >= min_cycles and not _chance(r, runs)], limits)
     if span > NOISE_SWING * search.noise:
         for limits in gaps(found, len(values)):
             found += search.by_correlation(limits, 0.1 * span)
-    return _without_transients(sorted(found, key=lambda s: s.start), dt, 4 * AGREEMENT * tolerance)
+    return _without_transients(sorted(found, key=lambda s: s.start), dt, 4 * CYCLE_AGREEMENT * tolerance)
 
 
 def gaps(stretches: Sequence[SteadyCycles], samples: int) -> list[tuple[int, int]]:

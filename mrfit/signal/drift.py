@@ -16,15 +16,15 @@ from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import DriftRow
 
 # Orders a drift is described by, and those that tell the noise
-DRIFTING, FIRST, LAST = 4, 5, 20
+DRIFT_ORDER, FIRST_ORDER, LAST = 4, 5, 20
 # Fewest orders that tell the noise, and how likely noise may seem a drift
-FEWEST_ORDERS, CHANCE = 5, 3e-5
+FEWEST_ORDERS, DRIFT_CHANCE_MAX = 5, 3e-5
 # Steepest fall of the noise's power with the order, as of a random walk: n to the power -3
 STEEPEST = 3.0
 # Samples whose columns are factored at once
-ROWS = 1 << 16
+DRIFT_ROWS = 1 << 16
 # Groups of neighbouring samples that a long record is taken as
-GROUPS = 1 << 14
+DRIFT_GROUPS = 1 << 14
 # Smaller drifts, in shares of what is left, matter to nobody
 VISIBLE = 0.3
 
@@ -76,7 +76,7 @@ def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> 
         Cycles in the record; orders as fast as these tell nothing of the noise. 0 for a record without cycles.
     """
     last = min(LAST, cycles) if cycles else LAST
-    if last - FIRST + 1 < FEWEST_ORDERS or len(residual) < 4 * LAST:
+    if last - FIRST_ORDER + 1 < FEWEST_ORDERS or len(residual) < 4 * LAST:
         return None
     moving = output - output.mean()
     slope = np.asarray(np.gradient(moving), dtype=np.float64)
@@ -106,14 +106,14 @@ def _trend(residual: Array, carriers: list[Array], last: int) -> tuple[Array, Ar
     power = np.sum((coefficients * scale).reshape(count, orders) ** 2, axis=0)
     noise, degrees = _noise_power(power, float(count))
     score = np.max(power[1:3] / np.maximum(noise[1:3], 1e-300))
-    drifting = coefficients.reshape(count, orders)[:, : DRIFTING + 1].copy()
+    drifting = coefficients.reshape(count, orders)[:, : DRIFT_ORDER + 1].copy()
     drifting[:, 0] = 0.0
     time = np.linspace(-1.0, 1.0, len(residual))
     factors = [np.asarray(legendre.legval(time, row), dtype=np.float64) for row in drifting]
     trend = sum((c * f for c, f in zip(carriers, factors, strict=True)), none)
     left = float(np.std(residual - trend))
     # either of two orders may be the drift's
-    limit = fdtri(count, degrees, 1.0 - CHANCE / 2.0)
+    limit = fdtri(count, degrees, 1.0 - DRIFT_CHANCE_MAX / 2.0)
     if score <= limit or float(np.std(trend)) <= VISIBLE * left:
         return none, none
     return trend, factors[0]
@@ -123,8 +123,8 @@ def _factored(residual: Array, carriers: list[Array], last: int) -> tuple[Array,
     """Return R and Qᵀ·residual of the QR factors of the carriers times polynomials of time, made part by part."""
     time, columns = _shortened(np.linspace(-1.0, 1.0, len(residual)), np.stack([*carriers, residual], axis=1))
     triangle = np.empty((0, (last + 1) * len(carriers) + 1))
-    for begin in range(0, len(time), ROWS):
-        rows = slice(begin, begin + ROWS)
+    for begin in range(0, len(time), DRIFT_ROWS):
+        rows = slice(begin, begin + DRIFT_ROWS)
         polynomials = np.asarray(legendre.legvander(time[rows], last), dtype=np.float64)
         own = [columns[rows, k, None] * polynomials for k in range(len(carriers))]
         stacked = np.vstack([triangle, np.hstack([*own, columns[rows, -1:]])])
@@ -137,24 +137,24 @@ def _shortened(time: Array, columns: Array) -> tuple[Array, Array]:
 
     Over so few neighbours the polynomials of time hardly move.
     """
-    each = len(time) // GROUPS
+    each = len(time) // DRIFT_GROUPS
     if each < 2 * columns.shape[1]:
         return time, columns
-    whole, width = GROUPS * each, columns.shape[1]
-    factors = np.linalg.qr(columns[:whole].reshape(GROUPS, each, width), mode="r")
-    middles = np.repeat(time[:whole].reshape(GROUPS, each).mean(axis=1), width)
+    whole, width = DRIFT_GROUPS * each, columns.shape[1]
+    factors = np.linalg.qr(columns[:whole].reshape(DRIFT_GROUPS, each, width), mode="r")
+    middles = np.repeat(time[:whole].reshape(DRIFT_GROUPS, each).mean(axis=1), width)
     return np.concatenate([middles, time[whole:]]), np.vstack([np.reshape(factors, (-1, width)), columns[whole:]])
 
 
 def _noise_power(power: Array, count: float) -> tuple[Array, float]:
     """Return the noise's power at every order, from a power law through the higher ones, and its degrees of freedom."""
     orders = np.arange(len(power), dtype=np.float64)
-    slow, fast = np.array_split(np.flatnonzero(orders >= FIRST), 2)
+    slow, fast = np.array_split(np.flatnonzero(orders >= FIRST_ORDER), 2)
     ratio = float(np.mean(power[slow])) / max(float(np.mean(power[fast])), 1e-300)
     apart = float(np.log(orders[fast].mean() / orders[slow].mean()))
     exponent = float(np.clip((np.log(max(ratio, 1e-300)) + np.sqrt(4.0 / (count * len(fast)))) / apart, 0.0, STEEPEST))
     law = np.maximum(orders, 1.0) ** -exponent
-    high = orders >= FIRST
+    high = orders >= FIRST_ORDER
     found: Array = float(np.mean(power[high] / law[high])) * law
     return found, count * float(np.sum(high))
 

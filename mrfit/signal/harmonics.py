@@ -16,8 +16,8 @@ MOST_HARMONICS = 40
 # A guess may be this far off, relatively; zero crossings do much better.
 GUESS_ERROR = 0.05
 # Residual below which float64 sums cannot tell one more harmonic from rounding, relative to the signal's rms.
-ROUNDING = 1e-8
-ITERATIONS = 12
+SERIES_ROUNDING = 1e-8
+FREQUENCY_ITERATIONS = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +191,7 @@ def _refine(signal: Array, omega: float, harmonics: int) -> float:
     samples = len(signal)
     centred = np.arange(samples) - (samples - 1) / 2
     limit = np.pi / samples
-    for _ in range(ITERATIONS):
+    for _ in range(FREQUENCY_ITERATIONS):
         gram = _gram(samples, omega, harmonics)
         coefficients = _complex(_solve(gram, _moments(signal, omega, harmonics)))
         residual = signal - synthesis(coefficients, omega, samples)
@@ -224,7 +224,7 @@ def _chosen(samples: int, power: float, omega: float, moments: Array) -> Spectru
     # Columns are nested, so one triangular factor gives the residual of every shorter series.
     factor = np.linalg.cholesky(gram + np.eye(len(gram)) * 1e-12 * samples)
     explained = np.cumsum(np.linalg.solve(factor, moments) ** 2)[0::2]
-    left = np.maximum(power - explained, power * ROUNDING**2 + 1e-300)
+    left = np.maximum(power - explained, power * SERIES_ROUNDING**2 + 1e-300)
     criterion = samples * np.log(left) + 2 * np.arange(most + 1) * np.log(samples)
     kept = int(np.argmin(criterion))
     size = 2 * kept + 1

@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.core.specs import Array
 
 # Shortest hold in samples, over which noise is told from movement
-SHORTEST = 32
+PLATEAU_SAMPLES_MIN = 32
 # Residual of a hold over the noise, less what chance allows …
 EXCESS = 1.05
 # … and standard errors by which a line or a parabola through it may differ from its mean
@@ -26,7 +26,7 @@ def at_levels(values: Array, smoothed: Array, noise: float) -> Array:
     noise
         Rms of its noise, in its unit.
     """
-    if len(values) < SHORTEST or noise <= 0.0:
+    if len(values) < PLATEAU_SAMPLES_MIN or noise <= 0.0:
         return smoothed
     found = smoothed.copy()
     for first, last in _still(values, noise):
@@ -40,11 +40,11 @@ def _still(values: Array, noise: float) -> list[tuple[int, int]]:
     """Return the ranges that are covered by windows in which the signal does not leave its noise."""
     centred = values - values.mean()
     sums, squares = (np.concatenate([[0.0], np.cumsum(c)]) for c in (centred, centred**2))
-    mean = (sums[SHORTEST:] - sums[:-SHORTEST]) / SHORTEST
-    power = (squares[SHORTEST:] - squares[:-SHORTEST]) / SHORTEST - mean**2
-    still = power <= ((EXCESS + 2.0 / np.sqrt(SHORTEST)) * noise) ** 2
+    mean = (sums[PLATEAU_SAMPLES_MIN:] - sums[:-PLATEAU_SAMPLES_MIN]) / PLATEAU_SAMPLES_MIN
+    power = (squares[PLATEAU_SAMPLES_MIN:] - squares[:-PLATEAU_SAMPLES_MIN]) / PLATEAU_SAMPLES_MIN - mean**2
+    still = power <= ((EXCESS + 2.0 / np.sqrt(PLATEAU_SAMPLES_MIN)) * noise) ** 2
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
-    return [(int(a), int(b) + SHORTEST - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [(int(a), int(b) + PLATEAU_SAMPLES_MIN - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _is_level(hold: Array, noise: float) -> bool:

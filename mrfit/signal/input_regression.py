@@ -19,33 +19,33 @@ from mrfit.signal.noise import noise_level, quantisation
 from mrfit.signal.noise_floor import Mask, NoiseFloor, measured_samples, not_known
 
 # Fewest measured samples, and the most that are looked at
-FEWEST, MOST = 600, 20_000
+REGRESSION_SAMPLES_MIN, REGRESSION_SAMPLES_MAX = 600, 20_000
 # Widths of the smoothed signs as shares of the highest rate, and of the plays as shares of the largest stroke
 SIGNS = (0.01, 0.03, 0.08, 0.2, 0.5)
 PLAYS = np.geomspace(0.005, 0.8, 8)
 # Time constants of the lags, in units of the time in which the fastest part of the drive turns by a radian
-LAGS = (0.05, 0.15, 0.4, 1.2)
+INPUT_LAGS = (0.05, 0.15, 0.4, 1.2)
 PENALTIES = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 FOLDS = 8
 # Blocks of the cross-validation: a share of the samples, and at least so many correlation times of the residual
 BLOCK_SHARE, BLOCK_TIMES = 80, 5.0
 # Bins of the size of an input, of which the quieter half is the noise's
-BINS = 8
+INPUT_BINS = 8
 # Rate, as a share of the highest, at which a specimen hardly moves
-CREEP = 0.05
+CREEP_SHARE = 0.05
 # Columns that also grow with time, as gains drift (rate, stroke, a sign), and how many any other input scales
-DRIFTING, VARIED, LATE = (0, 3, 9), 35, 13
+TREND_ORDERS, VARIED, LATE_COLUMNS = (0, 3, 9), 35, 13
 # Seconds by which an output may follow another input late
 LATENESS = (0.003, 0.01, 0.03, 0.1)
 NEIGHBOURS = 10
 # Correlation of a residual with its neighbours' mean that noise does not reach by chance
-CORRELATED = 0.13
+INPUT_CORRELATION = 0.13
 # A quieter quarter with less than this share of the RMS of the quieter half, but for chance, says that neither is quiet
 UNEVEN = 0.9
 # Nor is a half believed where all samples together have so many times its RMS: the library follows too little
 MOSTLY = 1.5
 # Fewest samples, in independent ones, that tell a power, and bounds so close that what lies between is known
-FEWEST_WORTH, CLOSE = 16, 1.3
+FEWEST_WORTH, CLOSE_BOUNDS_RATIO = 16, 1.3
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,9 @@ def regression_floor(values: Array, motion: DrivingInput) -> NoiseFloor:
         Inputs at the same samples.
     """
     measured = measured_samples(values)
-    stride = max(1, -(-int(np.sum(measured)) // MOST))
+    stride = max(1, -(-int(np.sum(measured)) // REGRESSION_SAMPLES_MAX))
     rows = np.flatnonzero(measured)[::stride]
-    if len(rows) < FEWEST or float(np.ptp(motion.moved)) == 0.0:
+    if len(rows) < REGRESSION_SAMPLES_MIN or float(np.ptp(motion.moved)) == 0.0:
         return not_known(values)
     columns = library(motion, rows)
     target = values[rows] - values[rows].mean()
@@ -85,19 +85,19 @@ def regression_floor(values: Array, motion: DrivingInput) -> NoiseFloor:
         found = _cross_validated(columns, target, min(longer, len(rows) // (2 * FOLDS)))
     high = float(np.sqrt(max(np.mean(found.power), np.mean(found.residual**2))))
     sizes = _sizes(motion, rows, target - found.fitted_residual)
-    quiet, where = _quiet(found, sizes, BINS // 2)
+    quiet, where = _quiet(found, sizes, INPUT_BINS // 2)
     worth = len(rows) / max(correlation_time(found.fitted_residual), 1.0)
     width = quiet * np.sqrt(2.0 / worth)
-    even = _quiet(found, sizes, BINS // 4)[0] > quiet * (UNEVEN - np.sqrt(2.0 / worth))
+    even = _quiet(found, sizes, INPUT_BINS // 4)[0] > quiet * (UNEVEN - np.sqrt(2.0 / worth))
     states = _states(motion, rows, target, found)
     even = even and high <= MOSTLY * quiet
-    if worth > FEWEST_WORTH and even and _neighbours_agree(found, states, where) < CORRELATED:
+    if worth > FEWEST_WORTH and even and _neighbours_agree(found, states, where) < INPUT_CORRELATION:
         return NoiseFloor(quiet, "regression", max(quiet - 2.0 * width, 0.0), max(high, quiet + 2.0 * width))
     least, rounding = noise_level(values[measured]), quantisation(values) / sqrt(12.0)
-    if 0.0 < rounding and high <= CLOSE * rounding:
+    if 0.0 < rounding and high <= CLOSE_BOUNDS_RATIO * rounding:
         # a regression follows rounding errors, which are a function of the output
         return NoiseFloor(max(rounding, sqrt(rounding * high)), "regression", rounding, max(high, rounding))
-    if least < high <= CLOSE * least:
+    if least < high <= CLOSE_BOUNDS_RATIO * least:
         return NoiseFloor(sqrt(least * high), "regression", least, high)
     return not_known(values, high)
 
@@ -108,25 +108,25 @@ def library(motion: DrivingInput, rows: Index) -> Array:
     rate, acceleration = _scaled(motion.rate), _scaled(motion.acceleration)
     lagged = []
     for signal in (rate, *(np.tanh(rate / SIGNS[k]) for k in (0, 2, 3)), *(_stop(moved, PLAYS[k]) for k in (2, 4))):
-        lagged += [(_lagged(signal, share * turn, motion.dt) - signal)[rows] for share in LAGS]
-    lagged += [(_lagged(acceleration, share * turn, motion.dt) - acceleration)[rows] for share in LAGS]
+        lagged += [(_lagged(signal, share * turn, motion.dt) - signal)[rows] for share in INPUT_LAGS]
+    lagged += [(_lagged(acceleration, share * turn, motion.dt) - acceleration)[rows] for share in INPUT_LAGS]
     stops = [_stop(moved, half_width)[rows] for half_width in PLAYS]
     q, r, a = moved[rows], rate[rows], acceleration[rows]
     signs = [np.tanh(r / width) for width in SIGNS]
     columns = [r, r * np.abs(r), r**3, q, q**2, q**3, q**4, a, *signs]
     columns += [q * signs[1], q * signs[3], q * r, q * q * r, a * np.abs(r), a * q, *stops]
-    for factor in (None, np.abs(r), np.exp(-np.abs(r) / CREEP)):
+    for factor in (None, np.abs(r), np.exp(-np.abs(r) / CREEP_SHARE)):
         columns += [s * (np.abs(s) if factor is None else factor) for s in stops]
     found = np.stack([*columns, *lagged], axis=1)
     time = np.linspace(-1.0, 1.0, len(moved))[rows, None]
-    parts = [found, np.ones_like(time), time, time * found[:, list(DRIFTING)]]
+    parts = [found, np.ones_like(time), time, time * found[:, list(TREND_ORDERS)]]
     for other in motion.others:
         level = _scaled(other)
         for factor in (level, level**2):
             parts += [factor[rows, None], factor[rows, None] * found[:, :VARIED]]
         # what follows an input late does so at its own pace
         for late in _late(level, motion.dt):
-            parts += [late[rows, None], late[rows, None] * found[:, :LATE]]
+            parts += [late[rows, None], late[rows, None] * found[:, :LATE_COLUMNS]]
     return np.hstack(parts)
 
 
@@ -230,12 +230,12 @@ def _quiet(found: _Fit, sizes: Sequence[Array], kept: int) -> tuple[float, Mask]
     even = (np.arange(len(found.power)) // found.block) % 2 == 0
     least, where = np.inf, np.ones(len(found.power), dtype=bool)
     for size in sizes:
-        edges = np.quantile(size, np.linspace(0.0, 1.0, BINS + 1)[1:-1])
+        edges = np.quantile(size, np.linspace(0.0, 1.0, INPUT_BINS + 1)[1:-1])
         place = np.searchsorted(edges, size, side="right")
         total, inside = 0.0, np.zeros(len(place), dtype=bool)
         for half in (even, ~even):
-            counts = np.maximum(np.bincount(place[half], minlength=BINS), 1)
-            order = np.argsort(np.bincount(place[half], found.power[half], BINS) / counts)
+            counts = np.maximum(np.bincount(place[half], minlength=INPUT_BINS), 1)
+            order = np.argsort(np.bincount(place[half], found.power[half], INPUT_BINS) / counts)
             quiet = np.isin(place, order[:kept]) & ~half
             total += float(np.mean(found.power[quiet])) if np.any(quiet) else np.inf
             inside |= quiet
@@ -249,7 +249,7 @@ def _states(motion: DrivingInput, rows: Index, target: Array, found: _Fit) -> tu
     fitted = target - found.fitted_residual
     moved, r, turn = _scaled(motion.moved), _scaled(motion.rate), 1.0 / _bandwidth(motion)
     more = [np.tanh(2.0 * r), motion.acceleration, *(_stop(moved, PLAYS[k]) for k in (2, 4, 6))]
-    more += [_lagged(r, share * turn, motion.dt) for share in LAGS[1::2]]
+    more += [_lagged(r, share * turn, motion.dt) for share in INPUT_LAGS[1::2]]
     others = [o[rows] for o in motion.others]
     late = [_late(_scaled(o), motion.dt)[k][rows] for o in motion.others for k in (0, 2)]
     few = [fitted, r[rows], *others, *late]

@@ -7,22 +7,22 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.io.columns import is_on_disk
-from mrfit.signal.cycles import AGREEMENT, TOLERANCE, SteadyCycles, steady_stretches
+from mrfit.signal.cycles import CYCLE_AGREEMENT, PERIOD_TOLERANCE, SteadyCycles, steady_stretches
 from mrfit.signal.noise import noise_level
 
 # Samples of a window; the last one takes up to half as many more
-WINDOW = 1 << 20
+CYCLE_WINDOW = 1 << 20
 # Cycles at the end of a window and at the begin of the next one whose levels are compared
-COMPARED = 8
+CYCLES_COMPARED = 8
 
 
 def stretches_of(
-    values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = TOLERANCE
+    values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = PERIOD_TOLERANCE
 ) -> list[SteadyCycles]:
     """Return the stretches in which a signal repeats itself, as ``steady_stretches``; it may stay on disk."""
-    if not is_on_disk(values) or len(values) <= WINDOW:
+    if not is_on_disk(values) or len(values) <= CYCLE_WINDOW:
         return steady_stretches(np.asarray(values), dt, [np.asarray(v) for v in levels], min_cycles, tolerance)
-    edges = [*range(0, len(values) - WINDOW // 2, WINDOW), len(values)]
+    edges = [*range(0, len(values) - CYCLE_WINDOW // 2, CYCLE_WINDOW), len(values)]
     runs: list[list[SteadyCycles]] = []
     for begin, end in zip(edges[:-1], edges[1:], strict=True):
         own = [level[begin:end] for level in levels]
@@ -44,18 +44,18 @@ def _goes_on(before: SteadyCycles, after: SteadyCycles, dt: float, tolerance: fl
     count = 1 + min(one.harmonics, other.harmonics)
     expected = one.shifted(apart).coefficients[:count]
     departure = float(np.max(np.abs(expected - other.coefficients[:count])))
-    return departure <= AGREEMENT * tolerance * max(one.amplitude, other.amplitude)
+    return departure <= CYCLE_AGREEMENT * tolerance * max(one.amplitude, other.amplitude)
 
 
 def _level(before: SteadyCycles, after: SteadyCycles, levels: Sequence[Array], dt: float) -> bool:
     """Tell whether the levels at the end of a stretch are those at the begin of the next."""
-    length = int(COMPARED / (before.fit.frequency * dt))
+    length = int(CYCLES_COMPARED / (before.fit.frequency * dt))
     for level in levels:
         end = level[max(before.stop - length, before.start) : before.stop]
         begin = level[after.start : min(after.start + length, after.stop)]
         least = noise_level(end) + 0.02 * float(np.ptp(np.concatenate([end, begin])))
         then = float(np.mean(end))
-        if abs(float(np.mean(begin)) - then) > AGREEMENT * TOLERANCE * abs(then) + least:
+        if abs(float(np.mean(begin)) - then) > CYCLE_AGREEMENT * PERIOD_TOLERANCE * abs(then) + least:
             return False
     return True
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mrfit.core.recording import Segment
-from mrfit.signal.noise import LONG
+from mrfit.signal.noise import LONG_SEGMENT
 from mrfit.signal.smoothing import FITTED_CYCLES
 
 # Samples of a piece; one of slow cycles has as many as a Fourier series takes without its lead-in
@@ -24,7 +24,7 @@ def pieces(segment: Segment, dt: float) -> list[Segment]:
 
     Each but the first is led in by cycles or samples of the piece before it.
     """
-    if segment.samples <= LONG:
+    if segment.samples <= LONG_SEGMENT:
         return [segment]
     if segment.cycles:
         period = 1.0 / (segment.frequency * dt)
@@ -42,7 +42,7 @@ def pieces(segment: Segment, dt: float) -> list[Segment]:
             start=places[k],
             stop=places[k + 1],
             cycles=cycles[k + 1] - cycles[k],
-            warm_up=lead if k else min(segment.warm_up, LONG),
+            warm_up=lead if k else min(segment.warm_up, LONG_SEGMENT),
         )
         for k in range(count)
     ]

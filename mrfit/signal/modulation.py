@@ -15,18 +15,18 @@ from mrfit.core.specs import Array
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 
 # Cycles over which the test takes weighted means (Hann), and the share of them within which means are alike
-WINDOW, CORRELATED = 2.0, 0.5
+MODULATION_WINDOW, MODULATION_CORRELATION = 2.0, 0.5
 # Cycles between knots; the series takes those of the least information criterion
 KNOTS = (0.5, 1.0, 2.0, 4.0, 8.0)
 DEGREE = 3
 # Series and envelopes are fitted in turn
-PASSES = 2
+MODULATION_PASSES = 2
 # Rms of a modulation, as a share of the series: below, the output moves by less than the least noise floor that counts
-SMALLEST = 3e-4
+MODULATION_MIN = 3e-4
 # … and above, cycles do not even nearly repeat
-LARGEST = 0.1
+MODULATION_MAX = 0.1
 # Means over so many parts of a cycle hold all there is to know of its amplitude and timing
-PARTS = 64
+MODULATION_PARTS = 64
 LARGEST_STEP = 0.25
 
 
@@ -79,18 +79,18 @@ def modulation(values: Array, fit: HarmonicFit, dt: float) -> float:
         Sample interval in s.
     """
     step = fit.frequency * dt
-    if fit.harmonics < 1 or step > LARGEST_STEP or len(values) * step <= WINDOW:
+    if fit.harmonics < 1 or step > LARGEST_STEP or len(values) * step <= MODULATION_WINDOW:
         return 1.0
     parts = _parts(values, fit, dt)
-    window = np.hanning(round(WINDOW * len(parts.cycles) / float(parts.cycles[-1])) + 2)[1:-1]
+    window = np.hanning(round(MODULATION_WINDOW * len(parts.cycles) / float(parts.cycles[-1])) + 2)[1:-1]
     if len(parts.cycles) <= len(window):
         return 1.0
     slow = [np.convolve(parts.residual * c, window, "valid") for c in parts.carriers[:2]]
     sizes = [np.convolve(c**2, window, "valid") for c in parts.carriers[:2]]
     covariance = np.cov(np.array(slow) / np.array(sizes), bias=True)
     trace, determinant = float(np.trace(covariance)), max(float(np.linalg.det(covariance)), 0.0)
-    degrees = len(slow[0]) / (CORRELATED * len(window)) - 1.0
-    if degrees <= 0.0 or not SMALLEST**4 < trace**2 - 4.0 * determinant < LARGEST**4:
+    degrees = len(slow[0]) / (MODULATION_CORRELATION * len(window)) - 1.0
+    if degrees <= 0.0 or not MODULATION_MIN**4 < trace**2 - 4.0 * determinant < MODULATION_MAX**4:
         return 1.0
     return float((4.0 * determinant / trace**2) ** (degrees / 2.0))
 
@@ -101,7 +101,7 @@ def modulated_series(values: Array, fit: HarmonicFit, dt: float, lead: int = 0) 
     There amplitude and timing are those of its first sample.
     """
     # an unsteady amplitude hides small harmonics, which come to light once it is taken away
-    for _ in range(PASSES):
+    for _ in range(MODULATION_PASSES):
         steady = values - _moved(_spline(values, fit, dt), fit, dt, (0, len(values)))[0]
         fit = replace(harmonic_fit(steady, dt, fit.frequency, refine=False), frequency=fit.frequency)
     spline = _spline(values, fit, dt)
@@ -156,7 +156,7 @@ def _carriers(fit: HarmonicFit, time: Array, derivative: int) -> Array:
 def _parts(values: Array, fit: HarmonicFit, dt: float) -> _Parts:
     time = np.arange(len(values), dtype=np.float64) * dt
     residual = values - fit.evaluate(time)
-    starts = np.flatnonzero(np.diff(np.floor(time * fit.frequency * PARTS + 1e-6), prepend=-1.0))
+    starts = np.flatnonzero(np.diff(np.floor(time * fit.frequency * MODULATION_PARTS + 1e-6), prepend=-1.0))
     counts = np.diff(starts, append=len(values)).astype(np.float64)
     rows = np.vstack([time * fit.frequency, residual, _carriers(fit, time, 0)])
     means = np.add.reduceat(rows, starts, axis=1) / counts

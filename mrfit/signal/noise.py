@@ -22,8 +22,8 @@ TREND_CYCLES = 4
 # Cycles and trends over few of them are not quite orthogonal
 TREND_PASSES = 3
 # Channels of more samples than this are judged by windows of so many samples at so many places spread over them
-LONG = 1 << 21
-WINDOW, WINDOWS = 1 << 16, 16
+LONG_SEGMENT = 1 << 21
+NOISE_WINDOW, WINDOWS = 1 << 16, 16
 # Share of a spectrum (2·sin(ω/2))⁻⁴ that differences of order 8 over one and over two samples let through
 FALLING = (comb(12, 6) / comb(16, 8), 0.3077748916)
 
@@ -48,10 +48,10 @@ def noise_level(values: Array) -> float:
 
 def windows(values: Array) -> list[Array]:
     """Return the parts of a channel (N,) by which it is judged: all of it, or windows spread over a long one."""
-    if len(values) <= LONG:
+    if len(values) <= LONG_SEGMENT:
         return [values]
-    starts = np.linspace(0, len(values) - WINDOW, WINDOWS).astype(np.int64)
-    return [values[start : start + WINDOW] for start in starts]
+    starts = np.linspace(0, len(values) - NOISE_WINDOW, WINDOWS).astype(np.int64)
+    return [values[start : start + NOISE_WINDOW] for start in starts]
 
 
 def _difference_level(parts: list[Array], order: int) -> float:
@@ -67,8 +67,8 @@ def quantisation(values: Array) -> float:
     So are ramps whose steps are all alike, as those of a computed trapezoid: a rounded one waits for its next level.
     Of a long channel the middle is looked at.
     """
-    begin = max(len(values) - LONG, 0) // 2
-    values = values[begin : begin + LONG]
+    begin = max(len(values) - LONG_SEGMENT, 0) // 2
+    values = values[begin : begin + LONG_SEGMENT]
     if np.mean(values[1:] == values[:-1]) < STAYING:
         return 0.0
     levels = np.unique(values[:UNIQUE_SAMPLES])

@@ -14,7 +14,7 @@ Method = Literal["cycles", "repeats", "regression", "other records", "not known"
 # Fewest samples on one straight line that no noisy channel has by chance
 PATCH_SAMPLES = 8
 # Second differences below this share of the range are rounding
-ROUNDING = 1e-9
+FLOOR_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ def measured_samples(values: Array) -> Mask:
     measured: Mask = np.ones(len(values), dtype=bool)
     if len(values) < PATCH_SAMPLES or quantisation(values) > 0.0:
         return measured
-    straight = np.abs(np.diff(values, 2)) <= ROUNDING * float(np.ptp(values))
+    straight = np.abs(np.diff(values, 2)) <= FLOOR_ROUNDING * float(np.ptp(values))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(np.int8)))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         if last - first >= PATCH_SAMPLES - 2:

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from mrfit.core.channels import DRIVING, LEVELS
+from mrfit.core.channels import DRIVING, LEVEL_CHANNELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.drift import SteadyDrift, steady_drift
@@ -16,13 +16,13 @@ from mrfit.signal.long_segments import middle_piece
 from mrfit.signal.noise import TREND_CYCLES, noise_floor, noise_level, quantisation
 from mrfit.signal.noise_floor import NoiseFloor, measured_samples, not_known, white_noise
 from mrfit.signal.repeated_records import repeats_floor
-from mrfit.signal.savitzky_golay import NARROWEST, Smoother
+from mrfit.signal.savitzky_golay import WINDOW_MIN, Smoother
 from mrfit.signal.smoothing import cycles_agree, inputs_repeat
 
 # More samples than this share filled in: cycles are not compared, as what was filled in would count as noise
 PATCHED = 0.005
 # Two estimates of one floor that differ by less say the same
-SAME = 1.3
+SAME_FLOOR_RATIO = 1.3
 
 
 def output_floors(
@@ -83,7 +83,7 @@ def cycles_floor(recording: Recording, segment: Segment, values: Array) -> Noise
     other = _by_regression(recording, segment, values)
     if not other.known:
         return not_known(values, float(np.nanmin([value, other.high])))
-    return floor if value <= SAME * other.value else other
+    return floor if value <= SAME_FLOOR_RATIO * other.value else other
 
 
 def cycles_drift(values: Array, segment: Segment, dt: float) -> SteadyDrift | None:
@@ -100,7 +100,7 @@ def residual_floor(floor: NoiseFloor, recording: Recording, segment: Segment, re
     regression that is above the residual is none.
     """
     error = float(np.sqrt(np.mean(residual**2)))
-    if floor.known and not (floor.method == "regression" and floor.value > SAME * error):
+    if floor.known and not (floor.method == "regression" and floor.value > SAME_FLOOR_RATIO * error):
         return floor
     found = _by_regression(recording, segment, residual)
     if found.known:
@@ -128,7 +128,9 @@ def with_colour(floors: Sequence[NoiseFloor], outputs: Sequence[Array]) -> list[
 
 
 def _coloured(floor: NoiseFloor, value: float) -> NoiseFloor:
-    if floor.method in ("cycles", "repeats") or (floor.known and not floor.value / SAME < value < floor.value * SAME):
+    if floor.method in ("cycles", "repeats") or (
+        floor.known and not floor.value / SAME_FLOOR_RATIO < value < floor.value * SAME_FLOOR_RATIO
+    ):
         return floor
     return replace(floor, value=min(value, floor.most), method="other records")
 
@@ -148,7 +150,7 @@ def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     kept = slice(segment.start - begin, None)
     channels = {n: recording.channels[n][window] for n in DRIVING if n in recording.channels}
     moving = [n for n, values in channels.items() if float(np.ptp(values)) > 0.0]
-    if not moving or segment.stop - begin < NARROWEST:
+    if not moving or segment.stop - begin < WINDOW_MIN:
         return None
     name = moving[0]
     local = Smoother(channels[name])
@@ -157,7 +159,7 @@ def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     if DRIVING[name] == 1:
         parts.insert(0, np.cumsum(parts[0] - parts[0].mean()) * recording.dt)
     others = []
-    for other in LEVELS:
+    for other in LEVEL_CHANNELS:
         values = recording.channels.get(other)
         if other != name and values is not None and _varies(values[window]):
             others.append(Smoother(values[window]).smoothed(0).values[kept])

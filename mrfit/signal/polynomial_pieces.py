@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, Index
 
-HIGHEST = 3
+PIECE_ORDER_MAX = 3
 # Parts of a piece whose mean residuals tell a bend from noise, and standard errors by which they may do so
-PARTS = 16
+POLYNOMIAL_PARTS = 16
 MISFIT = 3.0
 # Polynomials that differ at a corner by so many times the noise, or as if it were so many samples away, meet there
 MEET, MISPLACED = 4.0, 5.0
@@ -46,15 +46,15 @@ def _fitted(values: Array, starts: Index, lengths: Index, noise: float) -> Array
     half = np.maximum(lengths - 1, 1) / 2.0
     at = (np.arange(len(values)) - np.repeat(starts, lengths)) / np.repeat(half, lengths) - 1.0
     powers = [np.ones(len(at))]
-    for _ in range(2 * HIGHEST):
+    for _ in range(2 * PIECE_ORDER_MAX):
         powers.append(powers[-1] * at)
     level = np.repeat(np.add.reduceat(values, starts) / lengths, lengths)
     sums = np.stack([np.add.reduceat(p, starts) for p in powers], axis=1)
-    moments = np.stack([np.add.reduceat(p * (values - level), starts) for p in powers[: HIGHEST + 1]], axis=1)
+    moments = np.stack([np.add.reduceat(p * (values - level), starts) for p in powers[: PIECE_ORDER_MAX + 1]], axis=1)
     best = np.full(len(starts), np.inf)
-    coefficients = np.zeros((len(starts), HIGHEST + 1))
-    order = np.arange(HIGHEST + 1)
-    for size in range(1, HIGHEST + 2):
+    coefficients = np.zeros((len(starts), PIECE_ORDER_MAX + 1))
+    order = np.arange(PIECE_ORDER_MAX + 1)
+    for size in range(1, PIECE_ORDER_MAX + 2):
         hankel = sums[:, order[:size, None] + order[None, :size]]
         solution = np.linalg.solve(hankel, moments[:, :size, None])[:, :, 0]
         explained = np.sum(solution * moments[:, :size], axis=1)
@@ -105,14 +105,14 @@ def _meeting(coefficients: Array, starts: Index, lengths: Index, stands: NDArray
 def _at(coefficients: Array, at: Array, derivative: int) -> Array:
     """Return polynomials (P, 4) or their derivatives at one place each, (P,)."""
     total = np.zeros(len(at))
-    for k in range(HIGHEST, derivative - 1, -1):
+    for k in range(PIECE_ORDER_MAX, derivative - 1, -1):
         total = total * at + float(np.prod(np.arange(k - derivative + 1, k + 1))) * coefficients[:, k]
     return total
 
 
 def _leaves_noise(residual: Array, starts: Index, lengths: Index, noise: float) -> NDArray[np.bool_]:
     """Return for which pieces the residual is noise, in the small and over a 16th of the piece."""
-    cuts = starts[:, None] + lengths[:, None] * np.arange(PARTS) // PARTS
+    cuts = starts[:, None] + lengths[:, None] * np.arange(POLYNOMIAL_PARTS) // POLYNOMIAL_PARTS
     counts = np.diff(np.concatenate([cuts, (starts + lengths)[:, None]], axis=1), axis=1)
     parts = np.maximum(counts, 1)
     means = np.add.reduceat(residual, cuts.reshape(-1)).reshape(cuts.shape) / parts

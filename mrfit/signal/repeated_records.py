@@ -11,11 +11,11 @@ from mrfit.signal.noise import noise_level
 from mrfit.signal.noise_floor import NoiseFloor, measured_samples
 
 # Inputs are the same where they differ by no more than so many times their noise, or this share of their range
-AGREEMENT, EXACT = 1.5, 1e-5
+RECORD_AGREEMENT, RECORD_RESOLUTION = 1.5, 1e-5
 # Least share of the shorter record that two have in common
 OVERLAP = 0.5
 # Most repeats that one is compared with: of a thousand, every pair would take longer than all else of a fit
-COMPARED = 16
+COMPARED_RECORDS = 16
 
 
 def repeats_floor(
@@ -49,11 +49,11 @@ def repeats_floor(
 
 def _spread(others: list[int], k: int) -> list[int]:
     """Return the repeats that one is compared with: all of few, of many as many before and after it, in a ring."""
-    if len(others) <= COMPARED:
+    if len(others) <= COMPARED_RECORDS:
         return others
     first = sum(j < k for j in others)
     ring = others[first:] + others[:first]
-    return sorted(ring[: COMPARED // 2] + ring[-COMPARED // 2 :])
+    return sorted(ring[: COMPARED_RECORDS // 2] + ring[-COMPARED_RECORDS // 2 :])
 
 
 def _floor(powers: Array) -> NoiseFloor:
@@ -68,7 +68,7 @@ def _difference(
     """Return half the power of the outputs' difference and the samples it rests on, None without the same drive."""
     first, second = recordings[one.recording], recordings[other.recording]
     names = [n for n in FAST_INPUTS if n in first.channels and n in second.channels]
-    if one.drive not in names or abs(first.dt / second.dt - 1.0) > EXACT:
+    if one.drive not in names or abs(first.dt / second.dt - 1.0) > RECORD_RESOLUTION:
         return None
     a, b = (r.channels[one.drive][s.start : s.stop] for r, s in ((first, one), (second, other)))
     shift = _shift(a, b)
@@ -99,4 +99,4 @@ def _shift(a: Array, b: Array) -> int:
 
 def _same(a: Array, b: Array) -> bool:
     noise = float(np.hypot(noise_level(a), noise_level(b)))
-    return float(np.sqrt(np.mean((a - b) ** 2))) <= max(AGREEMENT * noise, EXACT * float(np.ptp(a)))
+    return float(np.sqrt(np.mean((a - b) ** 2))) <= max(RECORD_AGREEMENT * noise, RECORD_RESOLUTION * float(np.ptp(a)))

@@ -17,21 +17,21 @@ from mrfit.signal.convolution import correlated
 from mrfit.signal.corners import SIDE, Indices, find_corners
 from mrfit.signal.cycles import without_small_swings
 from mrfit.signal.noise import white_part
-from mrfit.signal.polynomial_pieces import HIGHEST, lowest_polynomials
+from mrfit.signal.polynomial_pieces import PIECE_ORDER_MAX, lowest_polynomials
 
 POLYNOMIAL_ORDER = 3
-NARROWEST, WIDEST = 7, 16_001
+WINDOW_MIN, WINDOW_MAX = 7, 16_001
 # The narrowest window interpolates; each of the others is so many times wider than the one before.
 INTERPOLATING = 5
 GROWTH = 1.5
 # A window is too wide where it differs from one half as wide by more than noise does anywhere in so many records.
 RECORDS = 1_000
 # Noise takes at most this share of a signal's range; below the other it cannot make reversals worth removing.
-CALM_SHARE, NEGLIGIBLE = 0.003, 1e-9
+CALM_SHARE, NEGLIGIBLE_NOISE = 0.003, 1e-9
 # Power of noise grows by less than this from one window to the next, as that of a random walk does (1.5²) …
 SLOWLY = 3.4
 # … in the quietest quarter of at most so many blocks of so many samples
-USUAL, BLOCKS, BLOCK = 0.25, 16, 8_192
+USUAL, BLOCKS, SMOOTH_BLOCK = 0.25, 16, 8_192
 # Swings of the smoothed channel below so many standard errors are noise
 SWING = 4.0
 # Longest kernel that is applied sample by sample
@@ -121,8 +121,8 @@ def _correlated(values: Array, kernel: Array) -> Array:
 
 
 def _windows(longest: int, derivative: int) -> list[_Window]:
-    widths, width = [], NARROWEST
-    while width <= min(WIDEST, longest):
+    widths, width = [], WINDOW_MIN
+    while width <= min(WINDOW_MAX, longest):
         widths.append(width)
         width = int(GROWTH * width) // 2 * 2 + 1
     first = _Window(INTERPOLATING, INTERPOLATING - 1) if derivative else _Window(1, 0)
@@ -183,7 +183,7 @@ class Smoother:
         return self._smoothed(derivative) if derivative else self._undifferentiated
 
     def _smoothed(self, derivative: int) -> Mixture:
-        noisy = bool(self.power.max() > (NEGLIGIBLE * self.span) ** 2)
+        noisy = bool(self.power.max() > (NEGLIGIBLE_NOISE * self.span) ** 2)
         if not noisy and not derivative:
             return Mixture(self.values, np.zeros(len(self.values)), 1, 1)
         found, whole = self._polynomials(derivative, noisy)
@@ -209,7 +209,7 @@ class Smoother:
         power, centred = float(self.power[-1]), self.values - self.offset
         values, whole = lowest_polynomials(centred, pieces.starts, pieces.stops, np.sqrt(power), derivative)
         lengths = pieces.lengths[whole] if whole.any() else np.array([samples])
-        variance = pieces.spread(power * (HIGHEST + 1) / pieces.lengths)
+        variance = pieces.spread(power * (PIECE_ORDER_MAX + 1) / pieces.lengths)
         return Mixture(values, variance, int(lengths.min()), int(lengths.max()) if whole.any() else 1), whole
 
     @cached_property
@@ -229,10 +229,10 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
     frequency. A signal's falls steeply; noise's does not. So the widest window at which the power grows slowly, and
     that takes away little, sees nothing but noise, and so do all that are narrower.
     """
-    blocks = np.unique(np.linspace(0, max(len(values) - BLOCK, 0), BLOCKS).astype(np.int64))
+    blocks = np.unique(np.linspace(0, max(len(values) - SMOOTH_BLOCK, 0), BLOCKS).astype(np.int64))
     chosen = np.zeros(len(values), dtype=bool)
     for block in blocks:
-        chosen[block : block + BLOCK] = True
+        chosen[block : block + SMOOTH_BLOCK] = True
     kept = np.flatnonzero(chosen)
     breaks = np.flatnonzero(np.diff(kept, prepend=-2) > 1)
     inside = np.searchsorted(kept, starts[chosen[starts]])

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import ANTIDERIVATIVES, FAST_INPUTS, LEVELS
+from mrfit.core.channels import ANTIDERIVATIVES, FAST_INPUTS, LEVEL_CHANNELS
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
@@ -20,7 +20,7 @@ from mrfit.signal.harmonics import HarmonicFit, harmonic_fit, synthesis
 from mrfit.signal.held import at_levels
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.signal.noise import noise_floor, noise_level
-from mrfit.signal.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, Smoother
+from mrfit.signal.savitzky_golay import POLYNOMIAL_ORDER, WINDOW_MIN, Smoother
 
 # A series is taken where its residual is noise: at most this much above the channel's own white noise …
 WHITE_EXCESS = 1.3
@@ -28,17 +28,17 @@ WHITE_EXCESS = 1.3
 REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
 FITTED_CYCLES = 4
 # Share of the range by which cycles of an exact command differ
-EXACT = 1e-5
+SERIES_RESOLUTION = 1e-5
 # A series of fewer harmonics than this has no corners
 RINGING = 3
 # Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
 # was many times that, coloured noise it cannot be
-CHANCE, CHANCE_IF_WHITE, MANY = 1e-4, 0.05, 2.0
+REPEAT_CHANCE, CHANCE_IF_WHITE, SERIES_EXCESS = 1e-4, 0.05, 2.0
 # A modulated series is taken where it leaves no more than this above the channel's own white noise
 MODULATED_EXCESS = 1.1
 
 # Seconds from the record's first sample: what does not repeat with the drive depends on it
-TIME = "time"
+TIME_CHANNEL = "time"
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
         If a channel is neither recorded nor derivable.
     """
     begin = max(segment.start - segment.warm_up, 0)
-    sources = {name: _source(recording, segment, name) for name in names if name != TIME}
+    sources = {name: _source(recording, segment, name) for name in names if name != TIME_CHANNEL}
     frequency = _frequency(recording, segment, begin)
     smoothed: dict[tuple[str, int], _SmoothedChannel] = {}
     smoothers: dict[str, HarmonicFit | ModulatedSeries | Smoother] = {}
@@ -115,16 +115,16 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
                 found = _series(window, segment, recording.dt, frequency)
                 smoothers[source] = _smoother(window, segment, recording.dt, found)
             smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
-            if source in LEVELS and isinstance(smoothers[source], Smoother):
+            if source in LEVEL_CHANNELS and isinstance(smoothers[source], Smoother):
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
     count = segment.stop - begin
     channels = {
         name: smoothed[source, derivative] if isinstance(source, str) else _level(source, count)
         for name, (source, derivative) in sources.items()
     }
-    if TIME in names:
+    if TIME_CHANNEL in names:
         elapsed = np.arange(begin, segment.stop, dtype=np.float64) * recording.dt
-        channels[TIME] = _SmoothedChannel(elapsed, "as recorded", 0.0, None)
+        channels[TIME_CHANNEL] = _SmoothedChannel(elapsed, "as recorded", 0.0, None)
     fits = [c.fit for c in channels.values() if c.fit is not None]
     return Drive(
         values=np.stack([channels[n].values for n in names]),
@@ -139,7 +139,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
 def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -> None:
     """Raise the DataError with which ``smooth`` would refuse a segment that lacks a channel."""
     for name in names:
-        if name != TIME:
+        if name != TIME_CHANNEL:
             _source(recording, segment, name)
 
 
@@ -163,7 +163,7 @@ def cycles_agree(recording: Recording, segment: Segment) -> bool:
 def _agree(values: Array, cycles: int, dt: float, frequency: float) -> bool:
     if frequency <= 0.0 or cycles < 2:
         return False
-    limit = max(WHITE_EXCESS * noise_level(values), EXACT * float(np.ptp(values)))
+    limit = max(WHITE_EXCESS * noise_level(values), SERIES_RESOLUTION * float(np.ptp(values)))
     return noise_floor(values, dt, frequency, cycles) <= limit
 
 
@@ -181,7 +181,7 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
     for source, derivative in ANTIDERIVATIVES.get(name, ()):
         if source in recording.channels:
             return source, derivative
-    if name in LEVELS:
+    if name in LEVEL_CHANNELS:
         level = float(getattr(segment, name))
         level = level if np.isfinite(level) else float(recording.condition.get(name, np.nan))
         if np.isfinite(level):
@@ -193,7 +193,7 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
 
 def _remedy(name: str) -> str:
     column = f"name its column in the channel map ([channels] {name} = {{column = …, unit = …}})"
-    if name in LEVELS:
+    if name in LEVEL_CHANNELS:
         return f"{column}, or give its level in [condition] or in the file's name"
     if name in ANTIDERIVATIVES:
         stroke = ANTIDERIVATIVES[name][-1][0]
@@ -228,7 +228,7 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     if chance < CHANCE_IF_WHITE:
         series, white = modulated_series(values[skipped:], fit, dt, skipped), noise_level(values)
         follows = series.residual <= MODULATED_EXCESS * white
-        if chance < CHANCE or (follows and fit.residual > MANY * white):
+        if chance < REPEAT_CHANCE or (follows and fit.residual > SERIES_EXCESS * white):
             return series if follows else None
     return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
 
@@ -241,7 +241,7 @@ def _smoother(
     At corners a series rings within the noise, but its slope rings beyond. Where local polynomials that end at the
     corners come closer to the samples, beside the corners and overall, the corners are sharp and all of them known.
     """
-    if series is None and len(values) < NARROWEST:
+    if series is None and len(values) < WINDOW_MIN:
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
     if isinstance(series, HarmonicFit) and series.harmonics < RINGING:
         return series

@@ -7,10 +7,10 @@ import numpy as np
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.io.columns import changed, span
-from mrfit.signal.noise import LONG, noise_level, windows
+from mrfit.signal.noise import LONG_SEGMENT, noise_level, windows
 
 # Straight lines between the means may leave the drive by so many times its noise, or by this share of its range
-NOISES, SHARE = 1.2, 1e-3
+THINNING_NOISES, THINNING_SHARE = 1.2, 1e-3
 
 
 def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
@@ -20,9 +20,9 @@ def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
     that are more than that stay on disk where the channels do.
     """
     values = recording.channels[drive]
-    step = 1 << ((len(values) - 1) // LONG).bit_length()
+    step = 1 << ((len(values) - 1) // LONG_SEGMENT).bit_length()
     if step > 1:
-        limit = max(NOISES * noise_level(values), SHARE * span(values))
+        limit = max(THINNING_NOISES * noise_level(values), THINNING_SHARE * span(values))
         while step > 1 and _left(values, step) > limit:
             step //= 2
     if step == 1:

@@ -29,7 +29,7 @@ import numpy as np
 from mrfit.core.specs import Array, DerivedQuantity, Index, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
 
-HIGHEST = 4
+HIGHEST_ORDER = 4
 # Records whose polynomials are remembered, of at most so many samples: in longer ones they cost little beside the model
 _REMEMBERED, REMEMBERED_SAMPLES = 64, 10_000
 # Parameters that do not depend on the coil's field unless the user says so
@@ -223,11 +223,12 @@ def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool,
     """
     tokens = re.split(f"([{MEETING}{JUMPING}])", "".join(str(order).split()).removeprefix(form_of(order)))
     written, signs = tokens[::4], tokens[1::4]
-    if len(tokens) % 4 != 1 or signs != tokens[3::4] or not set(written) <= {str(k) for k in range(HIGHEST + 1)}:
+    if len(tokens) % 4 != 1 or signs != tokens[3::4] or not set(written) <= {str(k) for k in range(HIGHEST_ORDER + 1)}:
         raise ConfigError(
-            f"--current-order takes 0 to {HIGHEST}, or in pieces 1:0.2:2 (order 1 to 0.2 A, 2 from there, meeting) or "
-            f"1/0.2/2 (they may jump), with 'plain', 'log' or 'sat' before it for a polynomial, the exponential of "
-            f"one or a polynomial of a current that saturates, for all or as NAME=ORDER pairs, not '{order}'"
+            f"--current-order takes 0 to {HIGHEST_ORDER}, or in pieces 1:0.2:2 (order 1 to 0.2 A, 2 from there, "
+            f"meeting) or 1/0.2/2 (they may jump), with 'plain', 'log' or 'sat' before it for a polynomial, the "
+            f"exponential of one or a polynomial of a current that saturates, for all or as NAME=ORDER pairs, "
+            f"not '{order}'"
         )
     try:
         breaks = tuple(float(token) for token in tokens[2::4])

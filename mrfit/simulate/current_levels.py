@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
-from mrfit.io.columns import LONG, chunks, is_on_disk, part_of
+from mrfit.io.columns import LONG_SEGMENT, chunks, is_on_disk, part_of
 from mrfit.io.outdated import check_law
 from mrfit.io.schemas.fit import Caution, Fit, FitDependence, Quantity
 from mrfit.simulate.assembly import Assembly, assemble
@@ -38,7 +38,7 @@ DEFAULT_ORDERS = {"yield": 2, "knee": 2, "viscous": 1, "stiffness": 1, "hysteres
 # Roles whose laws papers print as polynomials of current; shapes and sharpnesses are exponentials of one
 POLYNOMIAL_ROLES = ("yield", "viscous", "stiffness")
 # Currents at which a polynomial is looked at
-GRID = 65
+CURRENT_GRID = 65
 # Coefficients without a role, as those of a polynomial in velocity, are forces
 COEFFICIENT_ORDER = 2
 OUTPUTS = ("force", "torque")
@@ -160,7 +160,7 @@ def _spread(current: Array, segment: Segment) -> Array:
     within = part_of(current, segment.start, segment.stop)
     if not is_on_disk(within):
         return within
-    return np.concatenate([part[:: -(-len(within) // LONG)] for part in chunks(within)])
+    return np.concatenate([part[:: -(-len(within) // LONG_SEGMENT)] for part in chunks(within)])
 
 
 def takes_current(spec: ModelSpec) -> bool:
@@ -271,7 +271,7 @@ def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array
     """
     spec, found = base_of(model).spec, list[str]()
     if dependence is not None:
-        grid = np.linspace(dependence.low, dependence.high, GRID)
+        grid = np.linspace(dependence.low, dependence.high, CURRENT_GRID)
         least = at_current(spec, dependence, theta[None, : len(expanded(spec, dependence).params)], grid)[0].min(axis=1)
         found = [p.name for p, value in zip(spec.params, least, strict=True) if p.low > 0.0 and value < 0.0]
     text = (

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from mrfit.advise.rivals import NOTHING, rivals_of
+from mrfit.advise.rivals import NO_MORE_RIVALS, rivals_of
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
 
@@ -87,7 +87,7 @@ def test_what_the_data_cannot_show_stands_against_nothing_more():
         ],
     )
     assert [(r.name, r.effects, r.hidden) for r in rivals_of(told)] == [
-        (NOTHING, (), False),
+        (NO_MORE_RIVALS, (), False),
         ("delay", ("delay",), True),
         ("temperature", ("temperature",), True),
     ]

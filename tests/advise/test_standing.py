@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrfit.advise import standing
-from mrfit.advise.rivals import NOTHING, Rival
+from mrfit.advise.rivals import NO_MORE_RIVALS, Rival
 from mrfit.advise.stage import bench_of
 from mrfit.api.preparing import as_asked, prepared
 from mrfit.core.progress import silent
@@ -23,7 +23,7 @@ def fitted(bench: Bench, *rivals: Rival) -> list[standing.FittedRival]:
 
 
 def test_a_rival_fits_to_the_noise_and_has_its_value(bench):
-    base, mass = fitted(bench, Rival(NOTHING, ()), Rival("inertia", ("inertia",)))
+    base, mass = fitted(bench, Rival(NO_MORE_RIVALS, ()), Rival("inertia", ("inertia",)))
     assert mass.values["inertia.m"] == pytest.approx(MASS, rel=0.05)
     assert mass.chi == pytest.approx(1.0, abs=0.15) and base.chi > 5.0
     assert bench.of_role("train")[0].floor == pytest.approx(NOISE, rel=0.2)
@@ -31,7 +31,7 @@ def test_a_rival_fits_to_the_noise_and_has_its_value(bench):
 
 def test_thinned_data_weigh_as_much(bench, monkeypatch):
     (whole,) = fitted(bench, Rival("inertia", ("inertia",)))
-    monkeypatch.setattr(standing, "SAMPLES", 700)
+    monkeypatch.setattr(standing, "RIVAL_SAMPLES", 700)
     (thin,) = fitted(bench, Rival("inertia", ("inertia",)))
     assert len(thin.errors) < 0.3 * len(whole.errors)
     assert thin.chi == pytest.approx(whole.chi, rel=0.1)
@@ -49,7 +49,7 @@ def test_draws_scatter_as_the_data_say_and_stay_within_the_bounds(bench):
 
 
 def test_a_hidden_effect_is_taken_to_make_a_small_force(bench):
-    base, hidden = fitted(bench, Rival(NOTHING, ()), Rival("delay", ("delay",), hidden=True))
+    base, hidden = fitted(bench, Rival(NO_MORE_RIVALS, ()), Rival("delay", ("delay",), hidden=True))
     at = [hidden.cube.params[k].name for k in hidden.cube.free].index("delay.tau")
     made = hidden.prior[at] * float(np.sqrt(np.mean(hidden.jacobian[:, at] ** 2)))
     assert made <= standing.HIDDEN_SHARE * bench.span / NOISE * 1.3

@@ -3,7 +3,7 @@
 import pytest
 
 from mrfit.batch.fleet import fleet_of
-from mrfit.batch.page import FIRST, ROWS, render
+from mrfit.batch.page import FIRST, PAGE_ROWS, render
 from mrfit.cli.batch import show
 from mrfit.io.schemas.batch import BatchFile, Fitted, LogRow, OfCondition
 
@@ -24,7 +24,7 @@ def test_the_first_rows_stand_open_and_the_others_unfold() -> None:
 
 def test_few_rows_need_no_unfolding_and_too_many_stay_in_the_table_of_all() -> None:
     assert "<details>" not in failed(FIRST)
-    assert f"Logs that failed ({ROWS} of {ROWS + 1})" in failed(ROWS + 1)
+    assert f"Logs that failed ({PAGE_ROWS} of {PAGE_ROWS + 1})" in failed(PAGE_ROWS + 1)
 
 
 def fitted(k: int, condition: str, current: float | None) -> LogRow:

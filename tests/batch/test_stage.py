@@ -12,7 +12,7 @@ import pytest
 
 import mrfit
 from mrfit.batch import page, stage
-from mrfit.batch.journal import NAME, read_journal
+from mrfit.batch.journal import JOURNAL_NAME, read_journal
 from mrfit.batch.log import Job, LogResult, StageSettings
 from mrfit.batch.parcel import put
 from mrfit.core.progress import Progress
@@ -86,7 +86,7 @@ def test_one_table_without_workspaces_is_the_same_table(logs: Path) -> None:
     first, second = run(logs), run(logs, "other", table=Path("fleet.parquet"))
     assert Path("fleet.parquet").read_bytes() == Path(first.table).read_bytes()
     assert Path(second.page).read_bytes() == Path(first.page).read_bytes()
-    assert {p.name for p in Path("other").iterdir()} <= {NAME, "batch.html", "batch.json", ".lock"}
+    assert {p.name for p in Path("other").iterdir()} <= {JOURNAL_NAME, "batch.html", "batch.json", ".lock"}
 
 
 @pytest.fixture
@@ -144,7 +144,7 @@ def test_a_kill_loses_what_was_at_work_alone(logs: Path, counted: list[str], mon
             run(logs)
     assert counted == ["logs/a.csv"]
     # the journal's last line may be torn
-    with (Path("work") / NAME).open("ab") as handle:
+    with (Path("work") / JOURNAL_NAME).open("ab") as handle:
         handle.write(b'{"log": "logs/b.csv", "ke')
     assert run(logs).done == 3 and counted == ["logs/a.csv", "logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"]
     assert files_of("work").keys() == files_of("whole").keys()
@@ -168,7 +168,7 @@ def test_a_log_that_is_gone_is_in_the_table_no_longer(logs: Path) -> None:
     (logs / "a.csv").unlink()
     summary = run(logs)
     assert "logs/a.csv" not in set(pq.read_table(summary.table)["log"].to_pylist())
-    assert set(read_journal(Path("work") / NAME)) == {"logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"}
+    assert set(read_journal(Path("work") / JOURNAL_NAME)) == {"logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"}
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -274,8 +274,8 @@ def test_a_link_that_leads_nowhere_is_named(logs: Path) -> None:
 def test_a_journal_that_is_a_link_is_not_followed(logs: Path) -> None:
     Path("elsewhere").write_text("mine\n")
     Path("work").mkdir()
-    (Path("work") / NAME).symlink_to(Path("elsewhere").absolute())
-    with pytest.raises(DataError, match=f"{NAME}: a symbolic link, which mrfit does not follow; remove it"):
+    (Path("work") / JOURNAL_NAME).symlink_to(Path("elsewhere").absolute())
+    with pytest.raises(DataError, match=f"{JOURNAL_NAME}: a symbolic link, which mrfit does not follow; remove it"):
         run(logs)
     assert Path("elsewhere").read_text() == "mine\n"
 
@@ -314,7 +314,7 @@ def test_a_sheet_is_written_for_each_log_that_allows_one(tmp_path: Path, monkeyp
     (tmp_path / "logs" / "b.csv").write_text("\n".join(text[: 1 + len(text) * 2 // 3 // CYCLES]))
     assert run(Path("logs")).done == 2
     run(Path("logs"), sheet=True)
-    rows = {Path(log).name: row for log, row in read_journal(Path("work") / NAME).items()}
+    rows = {Path(log).name: row for log, row in read_journal(Path("work") / JOURNAL_NAME).items()}
     sheets = [p.parent.parent for p in Path("work").rglob("sheet/sheet.html")]
     assert len(sheets) == 1 and sheets[0].name.startswith("a")
     warned = {name: "no-sheet" in row.tests[0].warnings for name, row in rows.items()}

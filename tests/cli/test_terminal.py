@@ -57,7 +57,7 @@ def test_a_quiet_command_prints_one_line_and_a_verbose_one_every_step(command: C
     assert "replaced the fit" not in out
     out = command("fit", "--model", "boucwen-flux", "--seed", "3", "--weight", "floor")[1]
     assert "replaced the fit boucwen-flux.auto, made with other settings: seed 0 -> 3, weight none -> floor" in out
-    lines = Path("mrfit-work", logbook.NAME).read_text().splitlines()
+    lines = Path("mrfit-work", logbook.LOGBOOK_NAME).read_text().splitlines()
     assert [re.sub(r"^\S+Z (.*)  # \d+\.\d s$", r"\1", line) for line in lines] == [
         f"mrfit ingest {log} -q",
         "mrfit segment -q",
@@ -67,7 +67,7 @@ def test_a_quiet_command_prints_one_line_and_a_verbose_one_every_step(command: C
     ]
     assert command("status", "-q")[1] == "4 steps in mrfit-work, none out of date\n"
     # what only reads is not noted
-    assert len(Path("mrfit-work", logbook.NAME).read_text().splitlines()) == 5
+    assert len(Path("mrfit-work", logbook.LOGBOOK_NAME).read_text().splitlines()) == 5
 
 
 def test_names_alone_are_listed_where_little_is_wanted(command: Command) -> None:
@@ -113,7 +113,7 @@ def test_errors_have_kinds(error: Exception, kind: str) -> None:
 def test_a_log_of_commands_is_not_written_through_a_link(tmp_path: Path) -> None:
     work, other = tmp_path / "w", tmp_path / "other"
     work.mkdir()
-    (work / logbook.NAME).symlink_to(other)
+    (work / logbook.LOGBOOK_NAME).symlink_to(other)
     logbook.append(work, 1.0)
     assert not other.exists()
     logbook.append(tmp_path / "none", 1.0)
@@ -123,7 +123,7 @@ def test_a_log_of_commands_is_not_written_through_a_link(tmp_path: Path) -> None
 def test_control_characters_of_a_command_are_shown_in_its_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "argv", ["mrfit", "fit", "--name", "a\nb\x1b[2J"])
     logbook.append(tmp_path, 1.0)
-    text = (tmp_path / logbook.NAME).read_text()
+    text = (tmp_path / logbook.LOGBOOK_NAME).read_text()
     assert text.count("\n") == 1 and "\x1b" not in text
 
 

@@ -20,7 +20,7 @@ from tests.docs.pages import PAGES, anchors, blocks, commands, prose, text_of
 KNOWN = reference.commands()
 GENERATED = {ROOT / "docs" / "generated" / name: text for name, text in pages().items()}
 ITEMS = {name for kind in ("model", "effect", "optimizer", "reader") for name in own_names(kind)} | {
-    *strategies.STRATEGIES
+    *strategies.REGISTERED_STRATEGIES
 }
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
 
@@ -145,7 +145,7 @@ def names_in(text: str) -> Any:
 @pytest.mark.parametrize("kind", ["model", "effect", "optimizer", "reader"])
 def test_every_item_is_on_the_page_of_its_kind(kind: Any) -> None:
     text = GENERATED[ROOT / "docs" / "generated" / f"{kind}s.md"]
-    expected = [*own_names(kind)] + ([*strategies.STRATEGIES] if kind == "optimizer" else [])
+    expected = [*own_names(kind)] + ([*strategies.REGISTERED_STRATEGIES] if kind == "optimizer" else [])
     assert sorted(names_in(text)) == sorted(expected)
     if kind in ("model", "effect"):
         parts = re.split(r"^\([\w-]+\)=$", text, flags=re.MULTILINE)[1:]

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec, ModelSpec
-from mrfit.export.source import OWN, ExportSource, LogStretch
+from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.simulate.assembly import SLOTS, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -64,7 +64,7 @@ def channels(seconds: float, dt: float) -> dict[str, Array]:
 
 
 def stretch(names: Sequence[str], signals: Mapping[str, Array], output: Array, dt: float) -> LogStretch:
-    inputs = {n: signals[n] for n in names if n not in OWN}
+    inputs = {n: signals[n] for n in names if n not in SOURCE_INPUTS}
     return LogStretch("log#0", "test", "train", dt, inputs, output, output, inputs)
 
 

@@ -23,7 +23,7 @@ from mrfit.export.lookup import forward, inverted
 from mrfit.export.source import source_of
 from mrfit.export.ssv import drawn, intervals
 from mrfit.export.ssv import files as ssv_files
-from mrfit.export.stage import FORMATS, run
+from mrfit.export.stage import EXPORT_FORMATS, run
 from mrfit.export.text import ascii_line
 from mrfit.io.schemas.fit import Quantity
 from mrfit.settings.export import Settings
@@ -346,5 +346,5 @@ def test_hostile_names_stay_in_their_attribute(name: str) -> None:
 
 
 def test_every_format_has_its_module() -> None:
-    for module in FORMATS.values():
+    for module in EXPORT_FORMATS.values():
         assert callable(importlib.import_module(f"mrfit.export.{module}").files)

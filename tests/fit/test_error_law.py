@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mrfit.core.specs import Array
-from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
+from mrfit.fit.error_law import ERRORS_ENOUGH, NORMAL, ErrorLaw
 from mrfit.io.schemas.band import Remainder
 
 
@@ -75,7 +75,7 @@ def test_a_test_beyond_the_others_has_a_wider_band() -> None:
 
 def test_with_many_tests_their_ranks_bound_the_width() -> None:
     """Two kinds of tests, of which no law with one scatter knows: a tenth err ten times as much."""
-    errors = np.where(np.arange(ENOUGH) % 10 == 0, 20.0, 2.0)
+    errors = np.where(np.arange(ERRORS_ENOUGH) % 10 == 0, 20.0, 2.0)
     half = ErrorLaw.of(rows(errors)).half_width(100.0, 0.0)
     shares = [math.erf(NORMAL * half / e / math.sqrt(2.0)) for e in errors]
-    assert sum(shares) / (ENOUGH + 1) >= 0.9499
+    assert sum(shares) / (ERRORS_ENOUGH + 1) >= 0.9499

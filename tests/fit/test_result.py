@@ -10,7 +10,7 @@ import pytest
 from mrfit.core.specs import DerivedQuantity, ModelSpec, Param
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
-from mrfit.fit.result import NONE, derived_rows, warnings_of, with_intervals
+from mrfit.fit.result import NO_LIMITS, derived_rows, warnings_of, with_intervals
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import MetricRow, Passivity, Quantity, Repeats, ResidualTest, Result
 from mrfit.search.cube import Cube
@@ -106,7 +106,7 @@ def test_an_error_no_less_than_a_constants_is_a_warning() -> None:
     assert kinds({}, [replace(TRAINING, fit_percent=float("nan"))]) == []
 
 
-def derived_row(value: float, width: float, role: str = "", ranges: Mapping[str, float] = NONE) -> Quantity:
+def derived_row(value: float, width: float, role: str = "", ranges: Mapping[str, float] = NO_LIMITS) -> Quantity:
     """The row of a quantity 3·a of a parameter a between -10 and 10, whose interval in the cube is so wide."""
     place = (value / 3.0 + 10.0) / 20.0
     params = (Param("a", "N", -10.0, 10.0, 0.0),)

@@ -27,7 +27,7 @@ SAMPLES = 30_001
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for module in (columns, channel, integral):
-        monkeypatch.setattr(module, "CHUNK", 4096)
+        monkeypatch.setattr(module, "COLUMN_CHUNK", 4096)
     yield
 
 
@@ -98,7 +98,7 @@ def test_the_stage_makes_of_a_long_recording_what_it_makes_of_any(
 ) -> None:
     voltage, current, dt = a_coil()
     whole = made(tmp_path / "whole", voltage, current, dt)
-    monkeypatch.setattr(columns, "LONG", 10_000)
+    monkeypatch.setattr(columns, "LONG_SEGMENT", 10_000)
     read = made(tmp_path / "read", voltage, current, dt)
     assert columns.is_on_disk(
         Workspace(tmp_path / "read" / "work").read_recording("a", streamed=True).channels["current"]

@@ -23,7 +23,7 @@ def column(tmp_path_factory: pytest.TempPathFactory) -> Array:
     folder = tmp_path_factory.mktemp("columns")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tables, "ROW_GROUP", 700)
-        patch.setattr(columns, "LONG", 1000)
+        patch.setattr(columns, "LONG_SEGMENT", 1000)
         write_table(folder / "a.parquet", {"time": np.arange(ROWS) * 1.0, "x": VALUES})
         found, _ = read_table(folder / "a.parquet", ("time",), folder / "scratch")
     assert list(found) == ["x"] and is_on_disk(found["x"])
@@ -46,7 +46,7 @@ def test_a_part_is_read_when_it_is_asked_for(column: Array, begin: int, end: int
 
 
 def test_numbers_of_it_are_those_of_the_whole(column: Array, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(columns, "CHUNK", 999)
+    monkeypatch.setattr(columns, "COLUMN_CHUNK", 999)
     assert column[-1] == VALUES[-1] and column[3] == VALUES[3]
     assert np.array_equal(VALUES - column, np.zeros(ROWS)) and np.array_equal(column - VALUES, np.zeros(ROWS))
     assert np.array_equal(np.concatenate(list(chunks(column))), VALUES)
@@ -63,7 +63,7 @@ def test_what_is_made_of_it_is_laid_beside_it(column: Array) -> None:
 
 
 def test_a_table_written_anew_is_another_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(columns, "LONG", 10)
+    monkeypatch.setattr(columns, "LONG_SEGMENT", 10)
     for factor in (1.0, 2.0):
         write_table(tmp_path / "a.parquet", {"x": factor * VALUES})
         found, _ = read_table(tmp_path / "a.parquet", (), tmp_path)

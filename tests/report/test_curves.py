@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrfit.report.curves import BEYOND, PANELS, decimate, limits, prefixed, sheets, shown_cycles, worst_of_each
+from mrfit.report.curves import BEYOND, CURVE_PANELS, decimate, limits, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.source import Series
 
 
@@ -59,8 +59,8 @@ def test_sheets_keep_every_condition_in_order_and_are_not_crowded(sizes):
     conditions = [series(f"f{f}-{k}", count=2) for f, size in enumerate(sizes) for k in range(size)]
     pages = sheets(conditions)
     assert [s.condition for page in pages for s in page] == [s.condition for s in conditions]
-    assert max(len(page) for page in pages) <= PANELS
-    assert len(conditions) > PANELS or len(pages) == 1
+    assert max(len(page) for page in pages) <= CURVE_PANELS
+    assert len(conditions) > CURVE_PANELS or len(pages) == 1
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,7 @@ def test_titles_stay_within_the_figure(panels, tmp_path):
         0.01234,
         figures.TITLE_WIDTHS[figures.columns_of(panels)],
     )
-    canvas = figures.canvas_of(figures.WIDTH, 4.0)
+    canvas = figures.canvas_of(figures.FIGURE_WIDTH, 4.0)
     axes = canvas.subplots(1, figures.columns_of(panels), squeeze=False)[0]
     with figures.style():
         titles = [a.set_title(heading, loc="left", fontsize=8.5) for a in axes]

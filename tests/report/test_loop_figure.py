@@ -19,7 +19,7 @@ from mrfit.report.loop_figure import evenly_along, loops, panels_of
 from mrfit.report.paper import FitSeries
 from mrfit.report.source import read_source
 from mrfit.report.svg import style
-from mrfit.settings.figure import KINDS, Settings
+from mrfit.settings.figure import FIGURE_KINDS, Settings
 from tests.report.layout import collisions
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -143,7 +143,7 @@ def drawn_figure(workspace, kind, overlay, width) -> Figure:
 
 @pytest.mark.parametrize("width", ["84mm", "174mm"])
 @pytest.mark.parametrize(
-    ("kind", "overlay"), [*((k, "none") for k in KINDS), ("loops", "conditions"), ("loops", "fits")]
+    ("kind", "overlay"), [*((k, "none") for k in FIGURE_KINDS), ("loops", "conditions"), ("loops", "fits")]
 )
 @pytest.mark.parametrize("study", ["coil", "damper"])
 def test_no_text_covers_another_or_a_curve(request, study, kind, overlay, width):

@@ -11,7 +11,7 @@ from mrfit.report.paper import correlated
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
 from mrfit.report.source import read_source, with_integrals
-from mrfit.settings.figure import KINDS, Settings
+from mrfit.settings.figure import FIGURE_KINDS, Settings
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_what_is_no_width_is_refused(text):
 
 
 @pytest.mark.parametrize("width", ["84mm", "174mm"])
-@pytest.mark.parametrize("kind", [k for k in KINDS if k != "parameters"])
+@pytest.mark.parametrize("kind", [k for k in FIGURE_KINDS if k != "parameters"])
 def test_a_figure_has_its_width_and_no_text_below_7_pt(coil, tmp_path, kind, width):
     written = paper_stage.run(coil[0], kind, Settings(width=width, formats=("svg",)), tmp_path)
     (svg,) = (path.read_text(encoding="utf-8") for path in tmp_path.iterdir())

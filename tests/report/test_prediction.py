@@ -79,7 +79,7 @@ def test_what_holds_all_samples_says_how_much_that_is_before_it_reads_them(
         assert told[0] == f"{what} are held in memory: about 0.0 GB, 5.0 GB are free"
         told.clear()
     # a fit reads long recordings piece by piece
-    monkeypatch.setattr(columns, "LONG", 100)
+    monkeypatch.setattr(columns, "LONG_SEGMENT", 100)
     memory.on_need(told.append)
     read_dataset(fitted[0], streamed=True)
     memory.on_need(None)

@@ -45,10 +45,12 @@ def test_what_two_pages_have_no_room_for_is_counted(damper: tuple[Workspace, obj
     page = short.render(crowded(read_source(damper[0], ())))
     fit = read_source(damper[0], ()).fits[0]
     shown = Page(page).tables
-    assert len(shown["parameters"]) == 1 + short.ROWS and len(shown["comparison"]) == 1 + short.PLACES
+    assert len(shown["parameters"]) == 1 + short.SHORT_ROWS and len(shown["comparison"]) == 1 + short.SHORT_PLACES
     several = 30 * len(fit.results[0].parameters) + sum(len(r.parameters) for r in fit.results[1:])
     left = [int(n) for n in re.findall(r"(\d+) more in the whole report", page)]
-    assert left[0] == 21 - short.PLACES and left[1] >= several - short.ROWS and left[2] >= 9 - short.CAUTIONS
+    assert (
+        left[0] == 21 - short.SHORT_PLACES and left[1] >= several - short.SHORT_ROWS and left[2] >= 9 - short.CAUTIONS
+    )
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from mrfit.search import chain
 from mrfit.search.auto import Auto
 from mrfit.search.chain import OptimizerChain
 from mrfit.search.staged import StagedIdentification
-from mrfit.search.strategies import STRATEGIES, Strategy, find, specs
+from mrfit.search.strategies import REGISTERED_STRATEGIES, Strategy, find, specs
 from tests.test_layers import modules
 
 PACKAGE = Path(mrfit.__path__[0])
@@ -59,13 +59,13 @@ def test_a_wrong_name_is_told_with_what_there_is(name: str, message: str) -> Non
 
 
 def test_what_a_strategy_is_in_a_chain_is_an_optimizer() -> None:
-    assert set(chain.PARTS) == set(STRATEGIES)
-    assert set(chain.PARTS.values()) <= set(registry.names("optimizer"))
-    assert not set(STRATEGIES) & set(registry.names("optimizer"))
+    assert set(chain.STRATEGY_PARTS) == set(REGISTERED_STRATEGIES)
+    assert set(chain.STRATEGY_PARTS.values()) <= set(registry.names("optimizer"))
+    assert not set(REGISTERED_STRATEGIES) & set(registry.names("optimizer"))
 
 
 def test_every_strategy_and_optimizer_describes_itself() -> None:
-    assert list(specs()) == sorted({*STRATEGIES, *registry.names("optimizer")}) == chain.names()
+    assert list(specs()) == sorted({*REGISTERED_STRATEGIES, *registry.names("optimizer")}) == chain.names()
     for name, spec in specs().items():
         assert spec.name == name and spec.title and spec.reference
         assert find(name).budget(3) > 0

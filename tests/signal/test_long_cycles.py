@@ -21,9 +21,9 @@ OnDisk = Callable[..., list[Array]]
 
 @pytest.fixture
 def on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> OnDisk:
-    monkeypatch.setattr(columns, "LONG", 1000)
-    monkeypatch.setattr(columns, "CHUNK", 7000)
-    monkeypatch.setattr(long_cycles, "WINDOW", 9000)
+    monkeypatch.setattr(columns, "LONG_SEGMENT", 1000)
+    monkeypatch.setattr(columns, "COLUMN_CHUNK", 7000)
+    monkeypatch.setattr(long_cycles, "CYCLE_WINDOW", 9000)
 
     def written(*channels: Array) -> list[Array]:
         write_table(tmp_path / "a.parquet", {f"c{k}": values for k, values in enumerate(channels)})

@@ -20,7 +20,7 @@ from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import of_json
 from mrfit.signal import long_segments, noise, thinning
 from mrfit.signal.long_segments import FITTED_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
-from mrfit.signal.noise import LONG, noise_level, quantisation
+from mrfit.signal.noise import LONG_SEGMENT, noise_level, quantisation
 
 DT = 1e-4
 NAN = float("nan")
@@ -34,7 +34,7 @@ def a_segment(samples: int, cycles: int, start: int = 0, warm_up: int = 0) -> Se
     )  # fmt: skip
 
 
-@given(st.integers(LONG + 1, 40_000_000), st.one_of(st.just(0), st.integers(4, 100_000)), st.integers(0, 10_000))
+@given(st.integers(LONG_SEGMENT + 1, 4 * 10**7), st.one_of(st.just(0), st.integers(4, 100_000)), st.integers(0, 10_000))
 def test_pieces_cover_a_long_segment_once_by_whole_cycles(samples: int, cycles: int, start: int) -> None:
     whole = a_segment(samples, cycles, start, warm_up=min(start, 500))
     found = pieces(whole, DT)
@@ -53,13 +53,13 @@ def test_pieces_cover_a_long_segment_once_by_whole_cycles(samples: int, cycles: 
 
 
 def test_a_segment_that_is_not_long_is_its_only_piece() -> None:
-    whole = a_segment(LONG, 100)
+    whole = a_segment(LONG_SEGMENT, 100)
     assert pieces(whole, DT) == [whole]
 
 
 def test_the_noise_of_a_long_channel_is_that_of_windows_spread_over_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(noise, "LONG", 50_000)
-    monkeypatch.setattr(noise, "WINDOW", 2000)
+    monkeypatch.setattr(noise, "LONG_SEGMENT", 50_000)
+    monkeypatch.setattr(noise, "NOISE_WINDOW", 2000)
     t = np.arange(200_000) * DT
     values = np.sin(2 * np.pi * 3 * t) + 0.02 * np.random.default_rng(1).standard_normal(len(t))
     assert noise_level(values) == pytest.approx(0.02, rel=0.05)
@@ -108,8 +108,8 @@ def test_a_long_segment_is_fitted_in_pieces_as_the_whole_is(tmp_path: Path, monk
     recording = made(1000.0, 2.0, 60.0)
     whole = studied(tmp_path / "whole", recording)
     for module in (noise, long_segments, thinning):
-        monkeypatch.setattr(module, "LONG", 10_000)
-    monkeypatch.setattr(noise, "WINDOW", 1000)
+        monkeypatch.setattr(module, "LONG_SEGMENT", 10_000)
+    monkeypatch.setattr(noise, "NOISE_WINDOW", 1000)
     monkeypatch.setattr(long_segments, "PIECE", 4000)
     cut = studied(tmp_path / "cut", recording)
     assert len(whole.results[0].segments) == 2
@@ -135,10 +135,10 @@ def test_a_fit_searched_on_some_pieces_ends_where_one_on_all_does(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for module in (noise, long_segments, thinning, columns):
-        monkeypatch.setattr(module, "LONG", 10_000)
-    monkeypatch.setattr(noise, "WINDOW", 1000)
+        monkeypatch.setattr(module, "LONG_SEGMENT", 10_000)
+    monkeypatch.setattr(noise, "NOISE_WINDOW", 1000)
     monkeypatch.setattr(long_segments, "PIECE", 4000)
-    monkeypatch.setattr(columns, "CHUNK", 4096)
+    monkeypatch.setattr(columns, "COLUMN_CHUNK", 4096)
     read, most = columns.FileColumn._read, [0]
 
     def counted(column: columns.FileColumn, begin: int, end: int) -> Array:
@@ -177,8 +177,8 @@ def test_a_random_drive_that_stays_on_disk_is_fitted_as_in_memory(
     recording = Recording("a", "a.csv", "0", "none", 1e-3, 0.0, channels, {"displacement": "m", "force": "N"})
     whole = studied(tmp_path / "whole", recording)
     for module in (noise, long_segments, thinning, columns):
-        monkeypatch.setattr(module, "LONG", 10_000)
-    monkeypatch.setattr(noise, "WINDOW", 1000)
+        monkeypatch.setattr(module, "LONG_SEGMENT", 10_000)
+    monkeypatch.setattr(noise, "NOISE_WINDOW", 1000)
     monkeypatch.setattr(long_segments, "PIECE", 4000)
     cut = studied(tmp_path / "cut", recording)
     assert len(cut.results[0].segments) > 2 * long_segments.OTHER_PIECES

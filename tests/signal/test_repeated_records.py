@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.signal import repeated_records
-from mrfit.signal.repeated_records import COMPARED, repeats_floor
+from mrfit.signal.repeated_records import COMPARED_RECORDS, repeats_floor
 
 NAN, DT, SAMPLES, NOISE = float("nan"), 1e-3, 400, 0.3
 
@@ -35,9 +35,9 @@ def test_work_grows_with_the_number_of_repeats(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(repeated_records, "_difference", counted)
     found = floors(60)
-    assert len(compared) == 60 * COMPARED
+    assert len(compared) == 60 * COMPARED_RECORDS
     assert found == pytest.approx([NOISE] * 60, rel=0.12)
     compared.clear()
     # few repeats are all compared with each other
-    assert floors(COMPARED + 1) == pytest.approx([NOISE] * (COMPARED + 1), rel=0.12)
-    assert len(compared) == (COMPARED + 1) * COMPARED
+    assert floors(COMPARED_RECORDS + 1) == pytest.approx([NOISE] * (COMPARED_RECORDS + 1), rel=0.12)
+    assert len(compared) == (COMPARED_RECORDS + 1) * COMPARED_RECORDS

@@ -14,7 +14,7 @@ Make = Callable[[Any, Progress], Any]
 """Takes an item and whom to tell of its progress; a function of a module, so that it can be sent by name."""
 
 # How an item went where it was sent to
-MADE, FAILED, UNKNOWN = "made", "failed", "unknown"
+MADE, FAILED, UNKNOWN_ITEM = "made", "failed", "unknown"
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def made_of(sent: bytes, progress: Progress) -> bytes:
         make, item = pickle.loads(sent)
     except Exception:
         # of what the parent has and this process does not, as a model that a notebook defines
-        return pickle.dumps((UNKNOWN, None))
+        return pickle.dumps((UNKNOWN_ITEM, None))
     try:
         return pickle.dumps((MADE, make(item, progress)))
     except BaseException as error:
@@ -102,6 +102,6 @@ def made_here(make: Make, item: object, place: int, progress: Progress) -> ItemE
 def end_of(place: int, back: bytes, again: Callable[[], ItemEnd[Any]]) -> ItemEnd[Any]:
     """Return the end of an item from what was sent back of it; ``again`` makes it here where it was not known there."""
     how, made = pickle.loads(back)
-    if how == UNKNOWN:
+    if how == UNKNOWN_ITEM:
         return again()
     return ItemEnd(place, error=made) if how == FAILED else ItemEnd(place, made)

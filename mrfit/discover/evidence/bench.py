@@ -14,12 +14,12 @@ from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.search.problem import SegmentBlock, differences, full_block
 from mrfit.signal.noise_floor import NoiseFloor
-from mrfit.signal.output_floor import SAME, cycles_drift, output_floors, residual_floor, with_colour
-from mrfit.signal.smoothing import TIME, Drive, smooth
+from mrfit.signal.output_floor import SAME_FLOOR_RATIO, cycles_drift, output_floors, residual_floor, with_colour
+from mrfit.signal.smoothing import TIME_CHANNEL, Drive, smooth
 from mrfit.simulate.assembly import Assembly
 
 # Ways to a noise floor that no model and no regression can spoil
-MEASURED = ("cycles", "repeats")
+MEASURED_METHODS = ("cycles", "repeats")
 
 
 @dataclass(frozen=True)
@@ -110,17 +110,17 @@ class Bench:
 
     def noise_is_measured(self, role: str) -> bool:
         """Return whether every noise floor of a role was measured, by cycles or by repeats."""
-        return all(s.noise.method in MEASURED for s in self.of_role(role))
+        return all(s.noise.method in MEASURED_METHODS for s in self.of_role(role))
 
     def noise_is_in_line(self, role: str) -> bool:
         """Return whether no noise floor of a role is clearly above those that were measured, in records of any role.
 
         Records of one instrument share its noise: a guess that is in line with them holds no error of a law.
         """
-        measured = [s.noise.value for s in self.stretches if s.noise.method in MEASURED]
+        measured = [s.noise.value for s in self.stretches if s.noise.method in MEASURED_METHODS]
         if not measured:
             return False
-        most = SAME * float(np.median(measured))
+        most = SAME_FLOOR_RATIO * float(np.median(measured))
         return all(s.noise.known and s.noise.value <= most for s in self.of_role(role))
 
     def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
@@ -160,7 +160,7 @@ def build_bench(
         for s, noise in zip(segments, floors, strict=True)
     ]
     stretches = [_straightened(s) for s in stretches]
-    return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span, policy.least_floor)
+    return Bench(tuple(stretches), frozenset([*common, TIME_CHANNEL]), lacking, span, policy.least_floor)
 
 
 def noise_floors(
@@ -213,7 +213,7 @@ class _ChannelDrives:
 def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _ChannelDrives:
     drives, lacking = {}, {}
     for name in names:
-        if name == TIME:
+        if name == TIME_CHANNEL:
             continue
         try:
             drives[name] = smooth(recording, segment, (name,))
@@ -241,7 +241,7 @@ def _stretch(
     output: Array,
     noise: NoiseFloor,
 ) -> Stretch:
-    drives = [found.drives[n] for n in names if n != TIME]
+    drives = [found.drives[n] for n in names if n != TIME_CHANNEL]
     fits = [f for d in drives if d.fits for f in d.fits]
     joined = replace(
         drives[0],
@@ -254,7 +254,7 @@ def _stretch(
     time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
     return Stretch(
         block=replace(block, drive=np.vstack([block.drive, time])),
-        names=(*(n for n in names if n != TIME), TIME),
+        names=(*(n for n in names if n != TIME_CHANNEL), TIME_CHANNEL),
         floor=noise.scale,
         noise=noise,
         recorded=segment.start * recording.dt,

@@ -32,7 +32,7 @@ NEARBY, THOROUGH = (
     Auto(own_parameters=True),
 )
 # Bounds of a shape parameter that is a share
-SHARE = (0.0, 1.0)
+SHARE_BOUNDS = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Refit:
 
         A rate that may be zero, which only another effect's channel makes a form, is none.
         """
-        shapes = [p for p in _params(effect) if p.role == "shape" and (p.low, p.high) != SHARE and not p.needs]
+        shapes = [p for p in _params(effect) if p.role == "shape" and (p.low, p.high) != SHARE_BOUNDS and not p.needs]
         return {p.name: float(self.point[self._place(effect, p)]) for p in shapes}
 
     def neutral_theta(self, effect: str) -> Array:

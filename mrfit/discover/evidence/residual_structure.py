@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mrfit.core.channels import REMEMBERED, STATE
+from mrfit.core.channels import REMEMBERED, STATE_CHANNELS
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, Stretch
 from mrfit.discover.evidence.refit import Refit
@@ -57,7 +57,7 @@ def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], 
 
 def _inputs(stretch: Stretch) -> Array:
     columns = []
-    for name in STATE:
+    for name in STATE_CHANNELS:
         values = stretch.channel(name)
         if values is None:
             continue

@@ -18,7 +18,7 @@ from mrfit.discover.invariance.setting import RegressionData, State
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.law_rules import FULL
 
-TINY = 1e-30
+TINY_SQUARE = 1e-30
 
 Free = tuple[str, int]
 """An effect and one of its groups of numbers."""
@@ -224,7 +224,9 @@ def table(
         for at in range(len(setting.records))
     ]
     count = len(behind[0])
-    scales = np.array([np.sqrt(sum(np.sum(b[k] ** 2) for b in behind) / setting.rows) + TINY for k in range(count)])
+    scales = np.array(
+        [np.sqrt(sum(np.sum(b[k] ** 2) for b in behind) / setting.rows) + TINY_SQUARE for k in range(count)]
+    )
     behind = [[c / s for c, s in zip(b, scales, strict=True)] for b in behind]
     grams = _grams(setting, weights, rows, behind) if count else plain
     return GramTable(grams, rows.ends, free, scales, law, rows.unit, setting.rows, constant)
@@ -345,5 +347,5 @@ def _moved(setting: RegressionData, state: State, free: Sequence[Free], steps: A
                 STANDARD.force_places[1] * setting.scales.travel,
             )
         new[name] = effect.at(new[name], number, value)
-        most = max(most, abs(effect.value(new[name], number) - old) / max(abs(old), TINY))
+        most = max(most, abs(effect.value(new[name], number) - old) / max(abs(old), TINY_SQUARE))
     return new, most

@@ -33,7 +33,7 @@ from mrfit.discover.selection.any_law import LawSelection, choose
 from mrfit.discover.selection.law_rules import EffectDescription, LawSource, State
 from mrfit.io.schemas.discovery import BrokenInvariance, Confounded, EffectParameter, InvariantEffect
 
-TIERS: dict[Invariance, Tier] = {
+TIER_OF: dict[Invariance, Tier] = {
     Invariance.ODDNESS: "any-law",
     Invariance.TIME: "any-law",
     Invariance.TEMPERATURE: "any-law",
@@ -155,7 +155,7 @@ def _named(setting: RegressionData, found: EffectDescription, rivals: tuple[str,
     return InvariantEffect(
         name=found.row.name,
         breaks=breaks.invariance,
-        tier=TIERS[breaks.invariance],
+        tier=TIER_OF[breaks.invariance],
         parameters=tuple(map(closed, found.parameters)),
         force=closed(found.force),
         standing=finite(found.row.standing),

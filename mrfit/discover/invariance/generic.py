@@ -70,7 +70,7 @@ def _late(setting: RegressionData, at: int, state: State, law: Array) -> list[Ar
     return found
 
 
-KINDS: dict[Invariance, Terms] = {
+GENERIC_TERMS: dict[Invariance, Terms] = {
     Invariance.POSITION: _position,
     Invariance.ODDNESS: _oddness,
     Invariance.TIME: _time,
@@ -83,7 +83,7 @@ def columns_of(
     setting: RegressionData, state: State, invariance: Invariance, law: Sequence[Array]
 ) -> list[list[Array]]:
     """Return the rows (n,) of an invariance's flexible terms, per record; ``law`` is its force (L + N,) in each."""
-    made = [KINDS[invariance](setting, at, state, force) for at, force in enumerate(law)]
+    made = [GENERIC_TERMS[invariance](setting, at, state, force) for at, force in enumerate(law)]
     return [[setting.row_means(at, f) for f in own] for at, own in enumerate(made)]
 
 
@@ -96,7 +96,7 @@ def broken(setting: RegressionData, weights: Sequence[Array], state: State, poli
     """Return the invariances that are broken by something beside the effects of a state, the clearest first."""
     law = forces_of(setting, state, table(setting, weights, state).law)
     found = []
-    for invariance in KINDS:
+    for invariance in GENERIC_TERMS:
         extra = columns_of(setting, state, invariance, law)
         if not extra[0]:
             continue

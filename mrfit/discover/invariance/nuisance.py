@@ -25,7 +25,7 @@ from mrfit.discover.policy import STANDARD
 from mrfit.kernels.filters import lag
 from mrfit.kernels.memory import since_reversal, travel_memory
 
-LEVELS = ("base", "static", "travel", "time", "relaxation")
+NUISANCE_LEVELS = ("base", "static", "travel", "time", "relaxation")
 
 
 @dataclass(frozen=True)

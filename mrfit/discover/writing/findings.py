@@ -98,14 +98,14 @@ def findings(gathering: SimulatedEvidence, chosen: Selection, policy: Policy) ->
     )
 
 
-MADE = "the tests that would show it are in these data; another one depends on what the rig can do"
+TESTS_MADE = "the tests that would show it are in these data; another one depends on what the rig can do"
 """Advice on an effect whose tests have been made."""
 
 
 def _test(effect: EffectSpec, bench: Bench) -> str:
     """Return the test that would tell an effect from others, of those that have not been made."""
     test = still_to_do(effect, [s.segment for s in bench.stretches])
-    return f"{effect.name}: {test or MADE}"
+    return f"{effect.name}: {test or TESTS_MADE}"
 
 
 def gap_of(bench: Bench, before: Refit, after: Refit) -> Gap:

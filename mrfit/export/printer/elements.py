@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
-from mrfit.core.channels import LEVELS
+from mrfit.core.channels import LEVEL_CHANNELS
 from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.export.printer import ir
@@ -315,7 +315,7 @@ class _Writer:
             *(ir.Assign(n, place) for n, place in zip(now, places, strict=True)),
         ]
         for k, (name, place, value) in enumerate(zip(self.sight.channels, places, now, strict=True)):
-            read = late if name in LEVELS else smooth_late
+            read = late if name in LEVEL_CHANNELS else smooth_late
             body.append(ir.Assign(place, self.called(read, self.past, ir.whole(k), age, dt, value)))
         begin, more = self.pushing(now)
         begin = (self.begin(len(now), 0), *begin)

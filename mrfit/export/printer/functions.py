@@ -20,7 +20,7 @@ OPERATORS: Mapping[type, str] = {
 }
 # Operations of whole numbers, which constants are put through as they are read
 FOLDED = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}
-COMPARED = {
+COMPARISON_OPERATORS = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,

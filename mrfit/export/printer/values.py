@@ -16,7 +16,7 @@ import numpy as np
 from mrfit.errors import DataError
 from mrfit.export.printer import ir, shaping
 from mrfit.export.printer.functions import (
-    COMPARED,
+    COMPARISON_OPERATORS,
     FOLDED,
     KNOWN,
     ONE,
@@ -337,7 +337,7 @@ class ValueReader:
                 left, right = self.real(left), self.real(right)
             one: ir.Expression = ir.Binary(sign, left, right, ir.BOOL)
             if isinstance(left, ir.Literal) and isinstance(right, ir.Literal) and left.kind == right.kind == ir.INT:
-                one = self.literal(bool(COMPARED[sign](int(left.text), int(right.text))), node)
+                one = self.literal(bool(COMPARISON_OPERATORS[sign](int(left.text), int(right.text))), node)
             found = one if found is None else ir.Binary("and", found, one, ir.BOOL)
         assert found is not None
         return found

@@ -26,10 +26,10 @@ from mrfit.simulate.current_levels import base_of
 
 Response = Callable[[Array], Array]
 
-POINTS = 41
+BAND_CURRENTS = 41
 """Currents at which a piece of a curve is given."""
 LEVEL = 0.05
-SPREAD = 1e-9
+BAND_SPREAD_MIN = 1e-9
 """Share of the largest standard deviation along a curve below which it has none at a current."""
 
 
@@ -92,7 +92,7 @@ def currents_of(dependence: CurrentDependence, order: int | str) -> list[Array]:
     stretches: list[list[Array]] = []
     last = None
     for piece in dependence.pieces(order):
-        grid = np.linspace(piece.low, piece.high, POINTS)
+        grid = np.linspace(piece.low, piece.high, BAND_CURRENTS)
         if last is not None and last.columns[-1] == piece.columns[0]:
             stretches[-1].append(grid[1:])
         else:
@@ -111,7 +111,7 @@ def simultaneous(gradients: Array, uncertainty: Uncertainty, pieces: Sequence[sl
     lengths = np.linalg.norm(along, axis=1)
     length, count = 0.0, 0
     for piece in pieces:
-        own = along[piece][lengths[piece] > SPREAD * max(float(lengths.max()), 1e-300)]
+        own = along[piece][lengths[piece] > BAND_SPREAD_MIN * max(float(lengths.max()), 1e-300)]
         if not len(own):
             continue
         unit = own / np.linalg.norm(own, axis=1)[:, None]

@@ -23,9 +23,9 @@ from mrfit.search.problem import LeastSquaresProblem, SegmentBlock, row_scales
 
 REPLICATES = 400
 # Quantiles between which 95 % of the refits end
-ENDS = (0.025, 0.975)
+INTERVAL_QUANTILES = (0.025, 0.975)
 # Chord steps of a refit, and most numbers of residuals held at once
-STEPS = 6
+REPLICATE_STEPS = 6
 BLOCK_NUMBERS = 1 << 22
 
 
@@ -50,9 +50,9 @@ def bootstrap_intervals(posed: LeastSquaresProblem, points: Array) -> dict[str, 
     """
     values = posed.cube.to_theta(points)
     spec = posed.assembly.spec
-    ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), ENDS, axis=0)
+    ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), INTERVAL_QUANTILES, axis=0)
     names = [*spec.names, *(d.name for d in spec.derived)]
-    least, most = np.quantile(points, ENDS, axis=0)
+    least, most = np.quantile(points, INTERVAL_QUANTILES, axis=0)
     held = np.zeros(ends.shape, dtype=bool)
     held[:, posed.cube.free] = least <= 0.0, most >= 1.0
     shown = [[None if h else float(e) for e, h in zip(*both, strict=True)] for both in zip(ends, held, strict=True)]
@@ -83,7 +83,7 @@ def replicated(
         targets = np.stack(
             [base + widening * _redrawn(posed.blocks, scales, errors, rng) for _ in range(part.start, part.stop)]
         )
-        for _ in range(STEPS):
+        for _ in range(REPLICATE_STEPS):
             steps = (targets - residuals(points[part])) @ pull.T @ directions.T
             points[part] = np.clip(points[part] + np.where(np.isfinite(steps), steps, 0.0), 0.0, 1.0)
     return points

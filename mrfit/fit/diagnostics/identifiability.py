@@ -19,14 +19,14 @@ from mrfit.search.cube import Cube
 from mrfit.simulate.current_dependence import base_name
 
 # Weights below this share of a direction's largest are left out of its sentence
-NEGLIGIBLE = 0.02
+NEGLIGIBLE_SHARE = 0.02
 # Step over which the model is taken as linear where a parameter is not searched over decades, as a share of its bounds
-SMALL = 0.02
+LINEAR_STEP = 0.02
 # A parameter whose interval spans more than this share of its bounds is poorly determined
 LOOSE = 0.25
 
 # What a test has to do to tell parameters of a role from the others
-TESTS: Mapping[str, str] = {
+ADVISED_TESTS: Mapping[str, str] = {
     "yield": "add a slower test (lower frequency or amplitude), where the yield force stands alone",
     "knee": "add a slower test (lower frequency or amplitude), where the force turns",
     "viscous": "add a second amplitude or frequency, so that the range of speed differs",
@@ -147,12 +147,12 @@ def _covered_by_noise(params: Sequence[Param], direction: Array) -> str:
 
 def _moves(params: Sequence[Param], direction: Array) -> list[str]:
     """Return how parameters move together: as factors where they are searched over decades, else as sums."""
-    keep = [k for k in np.argsort(-np.abs(direction), kind="stable") if abs(direction[k]) > NEGLIGIBLE]
+    keep = [k for k in np.argsort(-np.abs(direction), kind="stable") if abs(direction[k]) > NEGLIGIBLE_SHARE]
     logs = [k for k in keep if params[k].scale == "log"]
     # the first factor is 2, unless a parameter on a linear scale would move far: then all is a small step
-    unit = np.log(2.0) / (direction[logs[0]] * _decades(params[logs[0]])) if logs else SMALL
+    unit = np.log(2.0) / (direction[logs[0]] * _decades(params[logs[0]])) if logs else LINEAR_STEP
     widest = max((abs(unit * direction[k]) for k in keep if k not in logs), default=0.0)
-    unit *= min(1.0, SMALL / widest) if widest else 1.0
+    unit *= min(1.0, LINEAR_STEP / widest) if widest else 1.0
     words = []
     for k in keep:
         step = unit * direction[k]
@@ -185,7 +185,7 @@ def _remedies(
     leaning = [p for p, row in zip(params, covered, strict=True) if np.sum(row**2) > 0.1] if covered.size else []
     asked = {p.role: p.name for p in [*loose, *leaning]}
     for role, name in asked.items():
-        advice = _small_loops(segments) if role == "hysteresis" or not role else TESTS.get(role, "")
+        advice = _small_loops(segments) if role == "hysteresis" or not role else ADVISED_TESTS.get(role, "")
         if "@" in name:
             advice = f"add tests at currents near {name.partition('@')[2]}"
         if advice:

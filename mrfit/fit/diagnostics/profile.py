@@ -26,7 +26,7 @@ SEARCHES = 12
 # Evaluations for each parameter of a refit that starts near its optimum
 REFIT_BUDGET = 15
 # Shares of the way to an end at which the profile is computed too: for its figure
-SHOWN = (0.5, 1.25)
+PROFILE_RANGE = (0.5, 1.25)
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ class _Side:
         middle = float(self.point[self.at])
         for end in ends:
             if end is not None:
-                for share in SHOWN:
+                for share in PROFILE_RANGE:
                     self.rise(min(max(middle + share * (end - middle), 0.0), 1.0), self.point)
 
 

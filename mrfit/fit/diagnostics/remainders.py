@@ -26,11 +26,11 @@ from mrfit.simulate.assembly import Assembly
 
 LEFT_OUT, LEVEL_LEFT_OUT = "left-out", "level-left-out"
 """Roles of a test whose data had no part in the parameters that it is judged by, nor had any of its current."""
-FEW, PIECES = 3, 10
+UNCUT_TESTS_MIN, PIECES = 3, 10
 """Tests below which those without cycles are cut, into so many: a refit without one of two knows too little."""
 REFITS = 24
 """Refits at most; with more tests several are left out together."""
-STEPS, FAR_STEPS = 3, 10
+REFIT_STEPS, FAR_STEPS = 3, 10
 """Chord steps of a refit: from the optimum nearby, and to another law of current."""
 DAMPINGS = (1e-8, 1e-5, 1e-3, 1e-1)
 """Of a step, in squares of the greatest singular value: what moves the output less is followed less."""
@@ -70,7 +70,7 @@ def units_of(parts: Sequence[SegmentPart]) -> list[Unit]:
             periodic.setdefault(part.segment.condition, []).append(k)
     units = [_whole(condition, places) for condition, places in periodic.items()]
     tests = len(units) + len(single)
-    each = -(-(PIECES - len(units)) // len(single)) if single and tests < FEW else 1
+    each = -(-(PIECES - len(units)) // len(single)) if single and tests < UNCUT_TESTS_MIN else 1
     for k in single:
         ends = np.linspace(0, len(parts[k].output), each + 1).astype(np.int64).tolist()
         cuts = [slice(a, b) for a, b in zip(ends, ends[1:], strict=False) if b - a > 1]
@@ -91,7 +91,7 @@ def levels_of(parts: Sequence[SegmentPart], assembly: Assembly) -> list[Unit]:
     slack = SLACK * max(float(np.ptp(means)), float(np.max(np.abs(means))))
     order = np.argsort(means)
     levels = np.split(order, np.flatnonzero(np.diff(means[order]) > slack) + 1)
-    if len(levels) < FEW or any(float(np.ptp(c)) > slack for c in currents):
+    if len(levels) < UNCUT_TESTS_MIN or any(float(np.ptp(c)) > slack for c in currents):
         return []
     return [_whole(f"{means[places].mean():.3g} A", places.tolist()) for places in levels]
 
@@ -144,7 +144,7 @@ def refitted(posed: LeastSquaresProblem, point: Array, groups: Index, bends: Arr
     split = [np.linalg.svd(slopes[k], full_matrices=False) for k in kept]
     points, left = np.tile(point, (count, 1)), np.tile(base, (count, 1))
     best = np.array([float(np.sum(base[k] ** 2)) for k in kept])
-    for _ in range(STEPS if bends is None else FAR_STEPS):
+    for _ in range(REFIT_STEPS if bends is None else FAR_STEPS):
         seen = [u.T @ left[g][kept[g]] for g, (u, _, _) in enumerate(split)]
         at, rows = points.copy(), left.copy()
         for damping in DAMPINGS:

@@ -16,7 +16,7 @@ from mrfit.search.parts import SegmentPart
 
 # Repeats disagree where they differ by more than so many times what differs from cycle to cycle within them, and by
 # more than this share of the output's standard deviation, as by a tenth of its gain
-NOISES, SHARE = 5.0, 0.1
+REPEAT_NOISES, REPEAT_SHARE = 5.0, 0.1
 
 
 def repeat_rows(parts: Sequence[SegmentPart], floors: Sequence[float], simulated: Sequence[Array]) -> list[Repeats]:
@@ -48,7 +48,7 @@ def repeat_rows(parts: Sequence[SegmentPart], floors: Sequence[float], simulated
         )
         moved = max(float(np.std(parts[k].output)) for k in members)
         floor = max(floors[k] for k in members)
-        agree = not (difference > NOISES * floor and difference > SHARE * moved)
+        agree = not (difference > REPEAT_NOISES * floor and difference > REPEAT_SHARE * moved)
         row = Repeats(
             condition=condition,
             segments=len(members),

@@ -19,11 +19,11 @@ from scipy.special import stdtrit
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.uncertainty import bandwidth, differing, long_run_covariance
 
-LAGS = 25
+RESIDUAL_LAGS = 25
 # Two-sided level over all lags, conditions and inputs together (Bonferroni)
 LEVEL = 0.05
 # Correlations below this explain less than 4 % of the residual: converter steps alone give as much
-SMALLEST = 0.2
+CORRELATION_MIN = 0.2
 # Name of the test that takes all conditions together
 ALL = "all"
 
@@ -64,7 +64,7 @@ class Dependence:
     @property
     def excess(self) -> float:
         """The correlation in multiples of what matters: its limit, and what is too small to."""
-        return abs(self.correlation) / max(self.limit, SMALLEST)
+        return abs(self.correlation) / max(self.limit, CORRELATION_MIN)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def input_dependence(
     known = {name: c for name, c in found.items() if c is not None}
     if not known:
         return None
-    level = LEVEL / ((2 * LAGS + 1) * len(known) * channels)
+    level = LEVEL / ((2 * RESIDUAL_LAGS + 1) * len(known) * channels)
     single = sum(name in known for name in names)
 
     def row(name: str, dependent: int = 0) -> Dependence:
@@ -132,10 +132,10 @@ def _correlation(
     inputs: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float], records: Sequence[int]
 ) -> _Correlation | None:
     """Return the correlation over some records that share their lags, None where no input varies."""
-    apart = max(1, round(max((periods[k] for k in records), default=0.0) / (4 * LAGS)))
-    reach = LAGS * apart
+    apart = max(1, round(max((periods[k] for k in records), default=0.0) / (4 * RESIDUAL_LAGS)))
+    reach = RESIDUAL_LAGS * apart
     usable = [k for k in records if len(residuals[k]) > 4 * reach and varies(inputs[k])]
-    sums, drives = np.zeros((2, 2 * LAGS + 1))
+    sums, drives = np.zeros((2, 2 * RESIDUAL_LAGS + 1))
     variance, power, spread = 0.0, 0.0, 0.0
     for k in usable:
         centred = inputs[k] - inputs[k].mean()
@@ -144,7 +144,7 @@ def _correlation(
         windows = np.lib.stride_tricks.sliding_window_view(centred, len(residual) - 2 * reach)[::apart]
         sums += windows @ residual[inner]
         noise = _noise(residual, inner, periods[k], windows)
-        products = windows[[0, LAGS, 2 * LAGS]].T * noise[:, None]
+        products = windows[[0, RESIDUAL_LAGS, 2 * RESIDUAL_LAGS]].T * noise[:, None]
         own = float(np.diag(long_run_covariance(products)).max())
         variance += own
         spread += own**2 / _degrees(products, len(residual) / periods[k] if periods[k] >= 1.0 else math.inf)
@@ -155,8 +155,8 @@ def _correlation(
     # where the input rests for as long as a window, nothing can go with it
     scales = np.sqrt(power * np.where(drives > 0.0, drives, np.inf))
     place = int(np.argmax(np.abs(sums / scales)))
-    # window k begins k lags into the input, while the residual begins LAGS lags in
-    lag = (LAGS - place) * apart
+    # window k begins k lags into the input, while the residual begins RESIDUAL_LAGS lags in
+    lag = (RESIDUAL_LAGS - place) * apart
     degrees = variance**2 / spread if spread > 0.0 else math.inf
     return _Correlation(
         float(sums[place] / scales[place]), lag, float(math.sqrt(variance) / scales[place]), float(degrees)

@@ -23,7 +23,7 @@ from mrfit.core.specs import Array, Index
 Mask = NDArray[np.bool_]
 
 # Central differences in cube coordinates: truncation ~1e-8, table noise 1e-9 / 1e-4 = 1e-5 of a column
-STEP = 1e-4
+SENSITIVITY_STEP = 1e-4
 # A singular value below this share of the largest is rounding, whatever the noise
 RANK_TOLERANCE = 3e-6
 # Share of it below which an open direction counts as one along which the output does not move
@@ -32,7 +32,7 @@ REDUNDANT = 3e-5
 LEAN = 1e-5
 # Score series are summed in blocks to at most this length: the long-run covariance stays, the transform gets shorter
 SERIES = 4096
-FOLDED = 1024
+FOLDED_BINS = 1024
 # Lag-one correlation beyond which a series holds too few independent samples for its bandwidth to be estimated
 LARGEST_RHO = 0.97
 # Standard errors by which a folded cycle must resemble its mirror image before its halves count as one
@@ -141,8 +141,8 @@ def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:
 
     Where a neighbour cannot be simulated, a column is zero: nothing is known along that parameter.
     """
-    upper = np.minimum(point + STEP, 1.0)
-    lower = np.maximum(point - STEP, 0.0)
+    upper = np.minimum(point + SENSITIVITY_STEP, 1.0)
+    lower = np.maximum(point - SENSITIVITY_STEP, 0.0)
     free = len(point)
     points = np.tile(point, (2 * free, 1))
     points[np.arange(free), np.arange(free)] = upper
@@ -258,7 +258,7 @@ def differing(series: Array, period: float) -> Array:
 
 def phase_bins(samples: int, period: float) -> Index:
     """Return the phase bin of every sample of a series with ``period`` samples per cycle, every bin in use."""
-    count = min(int(period), FOLDED)
+    count = min(int(period), FOLDED_BINS)
     # slightly later, so that rounding does not move the first sample of a bin to the one before
     bins = np.floor(np.arange(samples) * (count / period) + 1e-6).astype(np.int64) % count
     used: Index = np.unique(bins, return_inverse=True)[1].reshape(-1)

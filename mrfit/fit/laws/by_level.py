@@ -24,12 +24,12 @@ from mrfit.simulate.current_dependence import LOG, coordinate
 from mrfit.simulate.current_levels import POLYNOMIAL_ROLES
 
 # Gauss-Newton steps to the coefficients of a law, and the share of its own curvature that damps each
-STEPS, DAMPING = 3, 1e-9
+LAW_STEPS, DAMPING = 3, 1e-9
 # Shares of a step that are tried one after the other
 SHARES = (1.0, 0.25)
 # Bounds in the cube of a parameter's spread over levels, and how many times levels are drawn together
-NARROWEST, WIDEST = 0.003, 0.1
-PASSES = 5
+SPREAD_MIN, SPREAD_MAX = 0.003, 0.1
+DRAWING_PASSES = 5
 # Share of that spread for parameters that are no force, stiffness or damping: of two that may stand for each other, as
 # a loop's scale for its force, the other then changes
 STIFF = 0.3
@@ -37,9 +37,9 @@ STIFF = 0.3
 # in its own way
 STROKE = 4.0
 # Share of the output's deviation below which no error is the model's own, however little noise there is
-SMALL = 1e-3
+NOISE_SHARE_MIN = 1e-3
 # Least share of a block's sum of squares that counts as left over: below it is rounding
-ROUNDING = 1e-16
+SQUARES_ROUNDING = 1e-16
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class LevelProblem:
     def excess(self, rows: Array) -> float:
         """Return the RMS of residuals (M,) as a multiple of the noise floor, or of what counts as noise."""
         blocks, posed = self.posed.blocks, self.posed
-        floors = [max(f, SMALL * float(np.std(b.target))) for b, f in zip(blocks, self.floors, strict=True)]
+        floors = [max(f, NOISE_SHARE_MIN * float(np.std(b.target))) for b, f in zip(blocks, self.floors, strict=True)]
         noise = sum(len(b.target) * (w * f) ** 2 for b, w, f in zip(blocks, posed.weights, floors, strict=True))
         return float(np.sqrt(float(rows @ rows) * posed.samples / posed.rows / max(noise, 1e-300)))
 
@@ -187,7 +187,7 @@ class Tests:
             squares = np.einsum("pm,pm->p", rows, rows)
             least = self.squares[test]
             more = self.unseen[test]
-            deviance = self.worth[test] * np.log((np.maximum(squares, ROUNDING) + more) / (least + more))
+            deviance = self.worth[test] * np.log((np.maximum(squares, SQUARES_ROUNDING) + more) / (least + more))
         return np.where(np.isfinite(squares), deviance, np.inf)
 
 
@@ -218,7 +218,7 @@ def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[LevelFit], posed: Se
     for k, one in alone:
         own, (point, coordinates, slopes) = one.posed, _about(cube, theta[k], bent)
         rows = own.residuals(point[None, :])[0, :-1]
-        floor = ROUNDING * float(sum(b.target @ b.target for b in own.blocks))
+        floor = SQUARES_ROUNDING * float(sum(b.target @ b.target for b in own.blocks))
         left, worth = max(float(rows @ rows), floor, 1e-300), one.worth(rows)
         scale = np.sqrt(worth / left)
         jacobian = scale * sensitivities(_rows(own), point) / slopes
@@ -282,9 +282,12 @@ def drawn_together(
     """
     fits, roles = list(fits), [cube.params[k].role for k in cube.free]
     ease = np.array([1.0 if role in POLYNOMIAL_ROLES or not role else STIFF for role in roles])
-    for turn in range(PASSES):
+    for turn in range(DRAWING_PASSES):
         points = cube.to_points(np.array([f.theta for f in fits]))
-        centre, spread = np.median(points, axis=0), np.full(points.shape[1], WIDEST) if not turn else _spread(points)
+        centre, spread = (
+            np.median(points, axis=0),
+            np.full(points.shape[1], SPREAD_MAX) if not turn else _spread(points),
+        )
         spread = spread * ease
         for k, (at, point) in enumerate(zip(posed, points, strict=True)):
             own = at.posed
@@ -300,7 +303,7 @@ def drawn_together(
 
 def _spread(points: Array) -> Array:
     """Return the spread of each parameter over levels (L, F) of the cube, no less and no more than counts."""
-    spread: Array = np.clip(np.std(points, axis=0), NARROWEST, WIDEST)
+    spread: Array = np.clip(np.std(points, axis=0), SPREAD_MIN, SPREAD_MAX)
     return spread
 
 
@@ -367,7 +370,7 @@ class Laws:
         found = self._through()
         misfit, rows, jacobian = self._model(found)
         searched = np.ones(len(found), dtype=bool)
-        for _ in range(STEPS):
+        for _ in range(LAW_STEPS):
             step = _damped_step(jacobian, rows)
             better = np.zeros(len(found), dtype=bool)
             for share in SHARES:

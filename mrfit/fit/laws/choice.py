@@ -19,7 +19,7 @@ from mrfit.search.problem import LeastSquaresProblem, SegmentBlock
 from mrfit.search.starts import LevelFit, level_fits, node_names
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import (
-    HIGHEST,
+    HIGHEST_ORDER,
     LOG,
     PLAIN,
     SAT,
@@ -106,7 +106,7 @@ class LawChoice:
         """
         if self.dependence is None:
             return None
-        lower = {n: count(self.usual[n]) - 1 if n in self.usual else HIGHEST for n, _ in self.dependence.orders}
+        lower = {n: count(self.usual[n]) - 1 if n in self.usual else HIGHEST_ORDER for n, _ in self.dependence.orders}
         orders = [(n, o if self.met and form_of(o) != SAT else _capped(o, lower[n])) for n, o in self.dependence.orders]
         return replace(self.dependence, orders=tuple(orders))
 

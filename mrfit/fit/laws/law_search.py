@@ -24,8 +24,8 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.fit.laws.by_level import CurrentLaw, Laws, Tests
-from mrfit.simulate.current_dependence import FORMS, HIGHEST, LOG, PLAIN
-from mrfit.simulate.current_levels import GRID, POLYNOMIAL_ROLES
+from mrfit.simulate.current_dependence import FORMS, HIGHEST_ORDER, LOG, PLAIN
+from mrfit.simulate.current_levels import CURRENT_GRID, POLYNOMIAL_ROLES
 
 # Fewest levels at which those between the ends are held out
 FEWEST_LEVELS = 4
@@ -35,11 +35,11 @@ HELD_OUT_COST, FITTED_COST = 1.0, 2.0
 UNUSUAL = 2.0
 # Fewest conditions at a current of which one is left out: of two, the other says too little of it. Most such folds
 FEWEST_STROKES = 3
-MOST_ROUNDS = 4
+FOLD_ROUNDS_MAX = 4
 # Error at a level, as a multiple of what its own fit leaves, up to which a simpler law may be worse than the best
 MOST_WORSE = 1.1
 # Rise of the logarithm of the mean error that is none, however many samples tell it from chance
-NEGLIGIBLE = 0.005
+NEGLIGIBLE_RISE = 0.005
 # Distance of a form's law from the optima, as a share of that of the parameter's own form, below which it is nearer. On
 # dampers of 3 currents 1/3 left 5 % beyond 1.5 times the best law's error, 1/2 left 7 %, the own form alone 14 %
 NEARER = 1.0 / 3.0
@@ -91,7 +91,7 @@ def folds_of(places: Index, levels: int) -> tuple[list[Fold], list[Fold]]:
     inner = range(1, levels - 1) if levels >= FEWEST_LEVELS else range(0)
     by_level = [Fold(every[places != k], every[places == k]) for k in inner]
     members = [every[places == k] for k in range(levels)]
-    rounds = min(max(len(m) for m in members), MOST_ROUNDS)
+    rounds = min(max(len(m) for m in members), FOLD_ROUNDS_MAX)
     by_test = []
     for turn in range(rounds if rounds >= FEWEST_STROKES else 0):
         left = [m[(np.arange(len(m)) + k) % max(min(len(m), rounds), 1) == turn] for k, m in enumerate(members)]
@@ -142,7 +142,7 @@ class LawSearch:
     def highest(self) -> int:
         """Highest order that the levels support."""
         count = len(self.tests.currents)
-        return min(HIGHEST, count - 2 if self.held_out else count - 1)
+        return min(HIGHEST_ORDER, count - 2 if self.held_out else count - 1)
 
     @property
     def price(self) -> float:
@@ -184,7 +184,7 @@ class LawSearch:
 
     def _first_inside(self, states: Iterable[State]) -> State | None:
         """Return the first state none of whose positive parameters falls below its bound within the range tested."""
-        grid = np.linspace(self.tests.currents[0], self.tests.currents[-1], GRID)
+        grid = np.linspace(self.tests.currents[0], self.tests.currents[-1], CURRENT_GRID)
         return next((s for s in states if not self.fitted(s).leaves_bounds(grid)[0]), None)
 
     def fitted(self, state: State) -> Laws:
@@ -278,7 +278,7 @@ class LawSearch:
             return False
         limit = np.sqrt(len(more)) * float(np.std(more, ddof=1))
         errors = np.exp(0.5 * more / self._worth)
-        negligible = float(np.mean(np.log(errors))) <= NEGLIGIBLE
+        negligible = float(np.mean(np.log(errors))) <= NEGLIGIBLE_RISE
         return bool((more.sum() <= limit or negligible) and errors.max() <= MOST_WORSE)
 
     @cached_property

@@ -15,7 +15,7 @@ from mrfit.simulate.current_dependence import CurrentDependence, base_name
 from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested_currents, to_choose
 
 # Share of the time allowed after which nothing is chosen any more
-TIME = 0.5
+CHOICE_TIME = 0.5
 
 
 class LawSettings(Protocol):
@@ -97,7 +97,7 @@ def dependence_of(
         at_nodes = {base_name(n) for n in given if "@" in n}
         orders = default_orders(base_of(asked.model).spec, currents.steps, fixed)
         search = SearchSettings(asked.optimizer, asked.seed, None, asked.seconds, asked.weight)
-        deadline = None if asked.seconds is None else time.monotonic() + TIME * asked.seconds
+        deadline = None if asked.seconds is None else time.monotonic() + CHOICE_TIME * asked.seconds
         limits = ChoiceLimits(currents.low, currents.high, search.rng("all by current"), deadline)
         choice = _chosen(asked, segments, recordings, {n: o for n, o in orders if n in at_nodes}, limits)
     if choice:

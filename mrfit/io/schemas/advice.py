@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
-SCHEMA = "mrfit/advice/1"
+ADVICE_SCHEMA = "mrfit/advice/1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +90,8 @@ class AdviceFile(Document):
         Whether the discovery or the fit is out of date, and why.
     """
 
-    known: ClassVar = (SCHEMA,)
-    schema: str = SCHEMA
+    known: ClassVar = (ADVICE_SCHEMA,)
+    schema: str = ADVICE_SCHEMA
     goal: str
     model: str
     rivals: tuple[str, ...] = ()

@@ -8,9 +8,9 @@ from pydantic import ConfigDict, Field, model_validator
 from mrfit.core.specs import Invariance
 from mrfit.io.schemas.reading import Entry, Part, Stored
 
-SCHEMA = "mrfit/discovery/2"
+DISCOVERY_SCHEMA = "mrfit/discovery/2"
 # The first had no examination by invariances
-EARLIER = "mrfit/discovery/1"
+EARLIER_SCHEMA = "mrfit/discovery/1"
 
 
 class Row(Part):
@@ -376,7 +376,7 @@ class DiscoveryFile(Stored):
     """Content of discovery.json, the result of a discovery."""
 
     model_config = ConfigDict(frozen=True)
-    known = (SCHEMA, EARLIER)
+    known = (DISCOVERY_SCHEMA, EARLIER_SCHEMA)
     base_model: str
     verdict: str
     effects: tuple[FoundEffect, ...]
@@ -425,7 +425,7 @@ class DiscoveryFile(Stored):
     def to_json(self) -> dict[str, Any]:
         """Return the file's content as JSON has it, without what was never set."""
         whole = self.model_dump(mode="json", by_alias=True, exclude_unset=True)
-        return {"schema": whole.pop("schema", SCHEMA), **whole}
+        return {"schema": whole.pop("schema", DISCOVERY_SCHEMA), **whole}
 
 
 class PartialPoint(Part):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Array
-from mrfit.discover.invariance.nuisance import LEVELS, columns, motion_of, scales_of
+from mrfit.discover.invariance.nuisance import NUISANCE_LEVELS, columns, motion_of, scales_of
 from mrfit.discover.invariance.records import Record
 from mrfit.discover.selection.law_rules import FULL
 from tests.discover.invariance.specimens import records
@@ -67,7 +67,7 @@ def test_a_unit_of_length_changes_nothing() -> None:
 def test_the_ends_of_the_levels_grow_and_a_further_horizon_adds_columns() -> None:
     record, scales = records()[0], scales_of(records())
     made = columns(motion_of(record, np.empty((len(record.speed), 0)), scales), record.control, record.dt, scales)
-    assert len(made.ends) == len(LEVELS)
+    assert len(made.ends) == len(NUISANCE_LEVELS)
     assert list(made.ends) == sorted(set(made.ends))
     assert made.ends[FULL] == made.values.shape[1]
     assert nuisance(record, 2.0).shape[1] > made.values.shape[1]

@@ -40,7 +40,7 @@ def test_correlated_noise_passes_in_nearly_all_runs(
     rho: float, conditions: int, runs: int, periodic: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # the limit alone decides, not what is too small to matter
-    monkeypatch.setattr("mrfit.fit.diagnostics.residual_tests.SMALLEST", 0.0)
+    monkeypatch.setattr("mrfit.fit.diagnostics.residual_tests.CORRELATION_MIN", 0.0)
     rng = np.random.default_rng([20, conditions, round(10 * rho), periodic])
     found = []
     for _ in range(runs):
