@@ -148,7 +148,9 @@ def kernel(function: F, kept: bool = True) -> F:
     """
     compiled: Any = numba.njit(cache=kept, nogil=True, error_model="numpy", fastmath={"contract"})(function)
     own_compile, own_template = compiled.compile, compiled.get_call_template
-    lock = FileLock(Path(os.environ["NUMBA_CACHE_DIR"]) / f"{function.__module__}.{function.__name__}.lock")
+    path = Path(os.environ["NUMBA_CACHE_DIR"]) / f"{function.__module__}.{function.__name__}.lock"
+    # a lock is of the process that made it: one that a fork inherits refuses to be taken
+    locks = dict[int, FileLock]()
 
     general: Any = numba.types.unliteral
 
@@ -158,6 +160,7 @@ def kernel(function: F, kept: bool = True) -> F:
             if kept and types not in compiled.overloads:
                 # another process may compile it now, and leave it in the cache; where files cannot be locked, twice
                 with suppress(OSError, NotImplementedError):
+                    lock = locks.setdefault(os.getpid(), FileLock(path))
                     held.enter_context(lock.acquire(timeout=_PATIENCE))
             return own_compile(types)
 
