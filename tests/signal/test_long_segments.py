@@ -81,7 +81,7 @@ def made(rate: float, frequency: float, seconds: float) -> Recording:
 
 
 def test_a_slow_drive_is_thinned_and_a_fast_one_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(thinning, "LONG", 10_000)
+    monkeypatch.setattr(thinning, "LONG_SEGMENT", 10_000)
     slow, step = thinning.thinned(made(1000.0, 1.0, 60.0), "displacement")
     assert step == 8 and slow.dt == 0.008 and slow.samples == 7500
     assert slow.channels["force"][7] == pytest.approx(np.mean(made(1000.0, 1.0, 60.0).channels["force"][56:64]))
