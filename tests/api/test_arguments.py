@@ -21,7 +21,7 @@ WAVE = np.sin(2.0 * np.pi * TIME)
 SCALARS: list[Any] = [
     *(None, True, -1, 0, 3, 10**400, -1.5, float("nan"), float("inf"), 1j, "", "text", "\0", b"x", bytearray(b"a")),
     *(np.float32(1.5), np.int64(3), np.str_("a"), np.array(3.0), np.datetime64("2024"), pd.NA, pd.NaT, Decimal("1")),
-    *(object(), int, Path("nowhere"), memoryview(b"ab"), pd.Timestamp("2024")),
+    *(object(), Ellipsis, Path("nowhere"), memoryview(b"ab"), pd.Timestamp("2024")),
 ]
 WHOLES: list[Any] = [
     *(np.array([1.0, 2.0]), np.array([["a"]]), np.array([], dtype=object), pd.Series([1.0]), pd.DataFrame()),
