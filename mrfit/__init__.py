@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from mrfit.core.specs import Param
     from mrfit.drift.call import UnitComparison, drift
     from mrfit.errors import ConfigError, DataError, MrfitError
+    from mrfit.track.call import ParameterTracks, track
 
 __all__ = [
     "Advice",
@@ -34,6 +35,7 @@ __all__ = [
     "MrfitError",
     "OptimizerComparison",
     "Param",
+    "ParameterTracks",
     "Prediction",
     "Recording",
     "Sheet",
@@ -49,6 +51,7 @@ __all__ = [
     "predict",
     "read",
     "sheet",
+    "track",
 ]
 
 # Where each name is defined
@@ -65,6 +68,7 @@ _HOMES = {
     "core.plugins": ("model",),
     "core.specs": ("Param",),
     "drift.call": ("UnitComparison", "drift"),
+    "track.call": ("ParameterTracks", "track"),
     "errors": ("ConfigError", "DataError", "MrfitError"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
@@ -83,7 +87,7 @@ _APPLIED = {
     "track": "calls",
 }
 # Functions that a room of the package has the name of: the name of the package is the function's
-_ROOMS = ("advise", "compare", "discover", "drift", "fit", "models", "sheet")
+_ROOMS = ("advise", "compare", "discover", "drift", "fit", "models", "sheet", "track")
 
 
 def _of_face(name: str) -> object:

@@ -247,6 +247,7 @@ SIMULATE: dict[str, Sequence[str]] = {
         "passive-low",
     ),
     "drift": ("drift", "mrfit-work", "--fit", NAME),
+    "track-parameters": ("track-parameters", "logs/t1Hz-10mm-1A.csv", "--fit", NAME, "--track", "fy"),
     "advise": ("advise", "--goal", "parameters", "--fit", NAME, "--rig", "rig.toml"),
 }
 """Commands that simulate a stored fit: they refuse another law."""

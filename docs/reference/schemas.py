@@ -32,6 +32,7 @@ FILES = {
     "PredictionFile": "W/predict/NAME.json",
     "SheetFile": "sheet.json of `mrfit measure sheet`, in the folder of --out",
     "BatchFile": "WORK/batch.json of `mrfit batch`",
+    "TracksFile": "WORK/track/FIT.json of `mrfit track-parameters`",
     "DriftFile": "drift.json of `mrfit drift`, in the folder of --out",
     "LogRow": "a line of WORK/batch.jsonl",
     "QuarterCarFile": "W/apply/quarter-car.json",

@@ -62,6 +62,11 @@ def _source(
     return source_of(result.content, assembly, stretches, condition, without)
 
 
+def source_of_result(result: "FitResult") -> ExportSource:
+    """Return the source of a fit in memory, with its logs where they are at hand."""
+    return _source(result, None, "", ())
+
+
 def _stretches(series: Series, raw: Mapping[str, Array]) -> list[LogStretch]:
     whole = {n: v for n, v in raw.items() if len(v) == len(series.time)}
     found = []

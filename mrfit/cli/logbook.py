@@ -28,9 +28,10 @@ WRITING = {
     "report",
     "segment",
     "track",
+    "track_parameters",
 }
 # Those of which another run may write files of the same names
-COMMANDS_NAMED = {"advise", "export", "figure", "invert", "predict", "quarter_car", "track"}
+COMMANDS_NAMED = {"advise", "export", "figure", "invert", "predict", "quarter_car", "track", "track_parameters"}
 
 
 def append(work: Path, seconds: float) -> None:

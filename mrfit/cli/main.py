@@ -32,6 +32,7 @@ from mrfit.cli.options import (
     Work,
     options,
 )
+from mrfit.cli.track import track_parameters
 from mrfit.core.progress import Progress
 from mrfit.settings.shared import Jobs, Resistance
 
@@ -341,6 +342,7 @@ def show(
 app.command()(export)
 app.command()(batch)
 app.command()(drift)
+app.command("track-parameters")(track_parameters)
 
 
 def main() -> None:

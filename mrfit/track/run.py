@@ -84,6 +84,15 @@ class ParameterTrack:
     moves: Index
 
 
+@dataclass(frozen=True)
+class BlockRefits:
+    """Refits of blocks of a log: times in s of their middles (B,), values and standard deviations (B, T), SI."""
+
+    time: Array
+    values: Array
+    deviations: Array
+
+
 @kernel
 def _placed(chain: DamperChain, models: ParallelModels, estimate: Array, lane: int) -> None:
     """Write the parameters of one of the models side by side."""

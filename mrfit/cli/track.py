@@ -1,0 +1,53 @@
+"""The command ``mrfit track-parameters``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mrfit.cli import console, names
+from mrfit.cli.options import CommandAnswer, Only, Plugins, Work, options
+from mrfit.settings import ingest
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.track import TracksFile
+
+
+@options()
+def track_parameters(
+    logs: Annotated[list[Path], typer.Argument(help="Logs with inputs and output of the model.", show_default=False)],
+    fit_name: Annotated[
+        str, typer.Option("--fit", help="Name of a finished fit.", show_default=False, autocompletion=names.fit)
+    ],
+    track: Annotated[str, typer.Option("--track", help="Parameters, by commas.", show_default=False)],
+    *,
+    condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
+    reading: Annotated[ingest.Settings, Only(("map",))],
+    work: Work,
+    plugins: Plugins,
+) -> CommandAnswer:
+    """Follow parameters of a fit along logs: estimates with bands, block-wise refits, innovations.
+
+    Example: mrfit track-parameters logs/sine-1Hz-10mm-1A.csv --fit tanh.auto.all --track fy,c
+    """
+    from mrfit.cli.apply import read_logs
+    from mrfit.export.source import source_of
+    from mrfit.export.workspace import read_fit_and_logs
+    from mrfit.io.workspace import Workspace
+    from mrfit.track.call import tracked
+
+    workspace = Workspace(work)
+    found = read_fit_and_logs(workspace, fit_name)
+    source = source_of(found.content, found.assembly, found.stretches, condition)
+    for reason in found.content.outdated:
+        console.note(f"warning outdated: {fit_name}: {reason}: fit again")
+    made = tracked(source, read_logs(logs, reading.map), [n.strip() for n in track.split(",") if n.strip()])
+    with workspace.locked():
+        return CommandAnswer(made.save(workspace.root / "track", fit_name), _show)
+
+
+def _show(made: "TracksFile") -> None:
+    from mrfit.track.page import HEADS, rows_of
+
+    console.print_table(f"Parameters of {made.fit} along logs", ("log", *HEADS), rows_of(made))
+    console.say(f"Page: {made.page}")

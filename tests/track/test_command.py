@@ -1,0 +1,45 @@
+"""``mrfit track-parameters``: estimates beside refits of blocks, in files and on the page."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mrfit.api.recordings import Recording
+from mrfit.errors import DataError
+from mrfit.track.call import columns_of, tracked
+from tests.track.logs import DT, VALUES, fitted, force, motion
+
+
+def recording(share: float, seconds: float = 24.0) -> Recording:
+    """A log in which the yield force steps at half its time."""
+    channels = motion(seconds, 21)
+    course = VALUES["fy"] * np.where(np.arange(len(channels["velocity"])) * DT > seconds / 2, 1.0 + share, 1.0)
+    return Recording.from_arrays(dt=DT, name="life", **channels, force=force(channels, 22, fy=course))
+
+
+def test_a_step_is_on_the_page_in_the_numbers_and_in_the_blocks(tmp_path: Path) -> None:
+    found = tracked(fitted(), [recording(0.2)], ["fy", "c"])
+    (log,), blocks = found.content.logs, found.blocks[next(iter(found.blocks))]
+    first, other = log.parameters
+    assert (first.name, first.fit, first.unit) == ("fy", VALUES["fy"], "N")
+    assert abs(first.end - 1.2 * VALUES["fy"]) < 3.0 * first.end_deviation < 10.0
+    assert abs(other.end - VALUES["c"]) < 3.0 * other.end_deviation
+    assert first.block is not None and abs(first.block - first.end) < 5.0
+    late = blocks.time > 13.0
+    assert np.abs(blocks.values[late, 0] / VALUES["fy"] - 1.2).max() < 0.01
+    assert 0.8 < log.moved < 1.0 and log.innovation == pytest.approx(8.0, rel=0.2)
+    saved = found.save(str(tmp_path), "life")
+    page = (tmp_path / "life.html").read_text()
+    assert saved.page.endswith("life.html") and "<svg" in page and "fy (N)" in page
+    table = pd.read_parquet(tmp_path / "life-1.parquet")
+    assert list(table) == ["time", "fy", "c", "fy_sd", "c_sd", "innovation", "moves", "filter"]
+    assert set(columns_of(next(iter(found.tracks.values())))) == set(table)
+
+
+def test_a_log_without_the_output_is_refused() -> None:
+    channels = motion(4.0, 3)
+    bare = Recording.from_arrays(dt=DT, name="bare", **channels)
+    with pytest.raises(DataError, match="no channel 'force'"):
+        tracked(fitted(), [bare], ["fy"])
