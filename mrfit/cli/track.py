@@ -28,7 +28,7 @@ def track_parameters(
 ) -> CommandAnswer:
     """Follow parameters of a fit along logs: estimates with bands, block-wise refits, innovations.
 
-    Example: mrfit track-parameters logs/sine-1Hz-10mm-1A.csv --fit tanh.auto.all --track fy,c
+    Example: mrfit track-parameters datasets/damper/sine_1Hz_12mm.csv --fit tanh.auto.all --track fy,c
     """
     from mrfit.cli.apply import read_logs
     from mrfit.export.source import source_of
