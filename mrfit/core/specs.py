@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.arguments import check_arguments
+from mrfit.core.invariance import Invariance as Invariance
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -215,21 +215,6 @@ class ReducedModel:
     restore: Callable[[Array], Array]
     rough: Response | None = None
     sensitivities: Sensitivities | None = None
-
-
-class Invariance(StrEnum):
-    """Invariance that every rheological law keeps; an effect that breaks one of these can be told from any law.
-
-    The force reverses with the motion; it does not know where in the stroke, when, and how warm the specimen is; it
-    follows the current at once; it is made by the motion so far, of which only a short part is remembered.
-    """
-
-    ODDNESS = "oddness"
-    POSITION = "position"
-    TIME = "time"
-    TEMPERATURE = "temperature"
-    CURRENT = "current-at-once"
-    MEMORY = "memory"
 
 
 @dataclass(frozen=True, slots=True)

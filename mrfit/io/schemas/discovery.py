@@ -5,7 +5,7 @@ from typing import Any, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from mrfit.core.specs import Invariance
+from mrfit.core.invariance import Invariance
 from mrfit.io.schemas.reading import Entry, Part, Stored
 
 DISCOVERY_SCHEMA = "mrfit/discovery/2"
