@@ -11,6 +11,7 @@ from mrfit.core.specs import Array, Index
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.source import ExportSource
 from mrfit.kernels.tracking import EstimatorPlan
+from mrfit.signal.convolution import correlation_time
 from mrfit.simulate.current_dependence import base_name
 
 WALK_RATES = (0.02, 0.1, 0.5)
@@ -190,21 +191,9 @@ def _noise(source: ExportSource) -> tuple[float, float]:
     residuals = [s.measured - s.simulated for s in source.stretches]
     samples = sum(map(len, residuals))
     variance = sum(float(e @ e) for e in residuals) / samples
-    times = [correlation_time(e, s.dt) * len(e) for e, s in zip(residuals, source.stretches, strict=True)]
+    times = [correlation_time(e, 0.0) * s.dt * len(e) for e, s in zip(residuals, source.stretches, strict=True)]
     # a fit without an error: rounding is noise too
     return max(float(np.sqrt(variance)), 1e-9 * source.output_range), sum(times) / samples
-
-
-def correlation_time(series: Array, dt: float) -> float:
-    """Return the integrated correlation time in s of a series (N,): dt·(1 + 2 Σ ρ_k) up to the first ρ_k below 0."""
-    size = len(series)
-    spectrum = np.fft.rfft(series, 2 * size)
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:size]
-    if not correlation[0] > 0.0:
-        return dt
-    below = np.flatnonzero(correlation < 0.0)
-    end = int(below[0]) if len(below) else size
-    return dt * float(2.0 * correlation[:end].sum() / correlation[0] - 1.0)
 
 
 def _standing(source: ExportSource) -> tuple[tuple[str, float], ...]:

@@ -1,7 +1,8 @@
-"""Long signals under short kernels, by the fast Fourier transform in blocks.
+"""Signals under kernels and under themselves, by the fast Fourier transform.
 
-It gives the numbers of ``scipy.signal.oaconvolve`` to the last digit. That package costs every command 0.4 s of
-processor time to import, for all its filters and, through them, ``scipy.stats``; ``scipy.fft`` is there already.
+``correlated`` gives the numbers of ``scipy.signal.oaconvolve`` to the last digit. That package costs every command
+0.4 s of processor time to import, for all its filters and, through them, ``scipy.stats``; ``scipy.fft`` is there
+already.
 """
 
 import math
@@ -43,6 +44,25 @@ def correlated(values: Array, kernel: Array) -> Array:
     # what a block's sums reach into the next one's
     summed[1:, :overlap] += summed[:-1, size - overlap :]
     return summed[:, : blocks.shape[1]].reshape(-1)[overlap:samples] if len(blocks) > 1 else summed[0, overlap:samples]
+
+
+def autocorrelation(values: Array) -> Array:
+    """Return the sums of products of a series with itself (N,), from the lag 0 on; there is nothing beyond its ends."""
+    spectrum = np.fft.rfft(values, 2 * len(values))
+    products: Array = np.fft.irfft(np.abs(spectrum) ** 2)[: len(values)]
+    return products
+
+
+def correlation_time(series: Array, least: float) -> float:
+    """Return the integrated correlation time of a series (N,) in samples, 1 for white noise.
+
+    1 + 2 Σ ρ_k over the lags up to the first whose correlation ρ_k is below ``least``.
+    """
+    products = autocorrelation(series)
+    if not products[0] > 0.0:
+        return 1.0
+    ends = np.flatnonzero(products < least * products[0])
+    return float(1.0 + 2.0 * np.sum(products[1 : ends[0] if len(ends) else None]) / products[0])
 
 
 def _block(samples: int, width: int) -> int:

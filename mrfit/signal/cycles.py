@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, Index
+from mrfit.signal.convolution import autocorrelation
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 from mrfit.signal.noise import noise_level
 
@@ -316,8 +317,7 @@ def _repeat_lag(values: Array, min_cycles: int) -> float:
     count = len(values) // block
     signal = values[: count * block].reshape(count, block).mean(axis=1)
     signal = signal - np.mean(signal)
-    spectrum = np.fft.rfft(signal, 2 * count)
-    products = np.fft.irfft(np.abs(spectrum) ** 2)[:count]
+    products = autocorrelation(signal)
     energy = np.concatenate([[0.0], np.cumsum(signal**2)])
     heads, tails = energy[count - np.arange(count)], energy[-1] - energy[np.arange(count)]
     correlation = products / np.maximum(np.sqrt(heads * tails), 1e-300 + 1e-9 * energy[-1])

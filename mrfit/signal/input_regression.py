@@ -15,6 +15,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.filters import play
+from mrfit.signal.convolution import correlation_time
 from mrfit.signal.noise import noise_level, quantisation
 from mrfit.signal.noise_floor import Mask, NoiseFloor, measured_samples, not_known
 
@@ -38,6 +39,8 @@ TREND_ORDERS, VARIED, LATE_COLUMNS = (0, 3, 9), 35, 13
 # Seconds by which an output may follow another input late
 LATENESS = (0.003, 0.01, 0.03, 0.1)
 NEIGHBOURS = 10
+# Correlation of a residual over a lag below which it is none
+UNCORRELATED = 0.05
 # Correlation of a residual with its neighbours' mean that noise does not reach by chance
 INPUT_CORRELATION = 0.13
 # A quieter quarter with less than this share of the RMS of the quieter half, but for chance, says that neither is quiet
@@ -80,13 +83,13 @@ def regression_floor(values: Array, motion: DrivingInput) -> NoiseFloor:
     columns = library(motion, rows)
     target = values[rows] - values[rows].mean()
     found = _cross_validated(columns, target, max(len(rows) // BLOCK_SHARE, 1))
-    longer = int(BLOCK_TIMES * correlation_time(found.fitted_residual))
+    longer = int(BLOCK_TIMES * found.correlation_time)
     if longer > found.block:
         found = _cross_validated(columns, target, min(longer, len(rows) // (2 * FOLDS)))
     high = float(np.sqrt(max(np.mean(found.power), np.mean(found.residual**2))))
     sizes = _sizes(motion, rows, target - found.fitted_residual)
     quiet, where = _quiet(found, sizes, INPUT_BINS // 2)
-    worth = len(rows) / max(correlation_time(found.fitted_residual), 1.0)
+    worth = len(rows) / max(found.correlation_time, 1.0)
     width = quiet * np.sqrt(2.0 / worth)
     even = _quiet(found, sizes, INPUT_BINS // 4)[0] > quiet * (UNEVEN - np.sqrt(2.0 / worth))
     states = _states(motion, rows, target, found)
@@ -130,17 +133,6 @@ def library(motion: DrivingInput, rows: Index) -> Array:
     return np.hstack(parts)
 
 
-def correlation_time(residual: Array) -> float:
-    """Return the sum over the correlations of a series (N,) up to its first zero, in samples; 1 for white noise."""
-    centred = residual - residual.mean()
-    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
-    correlation = np.fft.irfft(spectrum)[: len(centred)]
-    if not correlation[0] > 0.0:
-        return 1.0
-    ends = np.flatnonzero(correlation < 0.05 * correlation[0])
-    return float(1.0 + 2.0 * np.sum(correlation[1 : ends[0] if len(ends) else None]) / correlation[0])
-
-
 @dataclass(frozen=True)
 class _Fit:
     """A regression: residual (N,) where each block was left out and where none was, and the blocks' length."""
@@ -148,6 +140,11 @@ class _Fit:
     residual: Array
     fitted_residual: Array
     block: int
+
+    @property
+    def correlation_time(self) -> float:
+        """Samples over which the residual is correlated."""
+        return correlation_time(self.fitted_residual - self.fitted_residual.mean(), UNCORRELATED)
 
     @property
     def power(self) -> Array:

@@ -1,4 +1,4 @@
-"""Convolution in blocks gives what scipy's gives, to the last digit."""
+"""Convolution in blocks gives what scipy's gives, to the last digit; a series correlates as it is defined."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import oaconvolve
 
-from mrfit.signal.convolution import correlated
+from mrfit.signal.convolution import autocorrelation, correlated, correlation_time
 
 
 @settings(deadline=None, max_examples=200)
@@ -31,3 +31,21 @@ def test_sums_are_those_of_the_definition() -> None:
     values, kernel = rng.normal(size=1000), rng.normal(size=31)
     written_out = [kernel @ values[i : i + 31] for i in range(970)]
     np.testing.assert_allclose(correlated(values, kernel), written_out, atol=1e-12)
+
+
+def test_a_series_correlates_with_itself_as_the_definition_says() -> None:
+    series = np.random.default_rng(5).normal(size=57)
+    expected = [float(series[: len(series) - k] @ series[k:]) for k in range(len(series))]
+    np.testing.assert_allclose(autocorrelation(series), expected, rtol=0, atol=1e-12)
+
+
+def test_the_correlation_time_of_a_first_order_process_is_known() -> None:
+    rng, rho, series = np.random.default_rng(0), 0.9, np.zeros(100_000)
+    kicks = rng.standard_normal(len(series))
+    for k in range(1, len(series)):
+        series[k] = rho * series[k - 1] + kicks[k]
+    assert correlation_time(series, 0.0) == pytest.approx((1 + rho) / (1 - rho), rel=0.1)
+
+
+def test_nothing_is_not_correlated() -> None:
+    assert correlation_time(np.zeros(40), 0.05) == 1.0

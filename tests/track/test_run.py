@@ -8,7 +8,7 @@ import pytest
 
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
-from mrfit.export.tracker import correlation_time, plan_of
+from mrfit.export.tracker import plan_of
 from mrfit.track.run import ParameterTrack, track_log
 from tests.track.logs import DT, NOISE, SHARE, VALUES, columns, fitted, force, motion
 
@@ -27,14 +27,6 @@ def test_the_plan_is_what_fit_and_logs_say() -> None:
     assert plan.deviation == pytest.approx(NOISE, rel=0.05) and plan.correlated == pytest.approx(DT, rel=0.2)
     ((name, rate),) = plan.standing
     assert name == "velocity" and 0.0 < rate < 0.1 * np.abs(motion(4.0)["velocity"]).max()
-
-
-def test_the_correlation_time_of_a_first_order_process_is_known() -> None:
-    rng, rho, series = np.random.default_rng(0), 0.9, np.zeros(100_000)
-    kicks = rng.standard_normal(len(series))
-    for k in range(1, len(series)):
-        series[k] = rho * series[k - 1] + kicks[k]
-    assert correlation_time(series, DT) == pytest.approx(DT * (1 + rho) / (1 - rho), rel=0.1)
 
 
 def textbook(start: Array, spread: Array, rows: Array, values: Array, variance: float) -> tuple[Array, Array]:
