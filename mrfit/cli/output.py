@@ -190,7 +190,7 @@ def warnings(summary: Summary) -> None:
     for (kind, _), found in kinds.items():
         condition, text = found[0]
         others = len(found) - 1
-        more = f" (and {others} more condition{'s' * (others > 1)})" if others else ""
+        more = f" (and {number_of('more condition', others)})" if others else ""
         say(f"  warning {kind}: {condition}{more}: {text}")
 
 

@@ -9,6 +9,7 @@ import typer
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
 from mrfit.cli.options import CommandAnswer, Only, options
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
 
@@ -51,7 +52,7 @@ def _show(summary: "dict[str, list[str]]", found: "Sequence[Signals]") -> None:
 
 def conclude(files: Sequence[object]) -> None:
     """Print the path of the page and the number of pictures beside it."""
-    more = f" and {len(files) - 1} PNG file{'s' * (len(files) != 2)} beside it" if len(files) > 1 else ""
+    more = f" and {number_of('PNG file', len(files) - 1)} beside it" if len(files) > 1 else ""
     console.conclude(f"Signals: {files[0]}{more}")
 
 

@@ -102,7 +102,7 @@ def _print_verdicts(found: "SheetFile") -> None:
 
 def _summary(found: "SheetFile") -> str:
     conditions, units = sum(len(unit.conditions) for unit in found.units), len(found.units)
-    text = f"Sheet: {units} unit{'s' * (units != 1)}, {conditions} condition{'s' * (conditions != 1)}"
+    text = f"Sheet: {number_of('unit', units)}, {number_of('condition', conditions)}"
     if not found.limits:
         return text
     verdicts = [unit.verdict for unit in found.units]

@@ -7,6 +7,7 @@ from os import path as os_path
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, discovery_key
@@ -102,7 +103,7 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
     if not summary:
         return None
     rows, refused = summary.recordings, len(summary.refused)
-    holds = f"{_count(len(rows), 'recording')} of {_count(len({r.source for r in rows}), 'log')}"
+    holds = f"{number_of('recording', len(rows))} of {number_of('log', len({r.source for r in rows}))}"
     code = summary.code
     reasons = []
     if changed := list(_changed_logs(workspace, rows, progress)):
@@ -165,7 +166,7 @@ def _segments(workspace: Workspace) -> Step | None:
     rows = summary.segments
     conditions = list(dict.fromkeys(s.condition for s in rows))
     held = {s.condition for s in rows if s.role == "holdout"}
-    holds = f"{_count(len(rows), 'segment')} of {_count(len(conditions), 'condition')}, {len(held)} held out"
+    holds = f"{number_of('segment', len(rows))} of {number_of('condition', len(conditions))}, {len(held)} held out"
     why = flux_reason(workspace)
     why = f"the flux linkage is out of date: {why}" if why else segment_reason(workspace)
     return Step("segments", "", holds, conditions, asdict(summary.settings), summary.code, why)
@@ -175,9 +176,9 @@ def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
     fit = workspace.stored_fit(name)
     if fit is None:
         kept = len(list(workspace.fit_folder(name).glob(".partial/*.json")))
-        return Step("fit", name, f"unfinished, {_count(kept, 'search', 'searches')} kept") if kept else None
+        return Step("fit", name, f"unfinished, {number_of('search', kept, 'searches')} kept") if kept else None
     error = fit.pooled("holdout") or fit.pooled("train")
-    holds = f"{fit.model} by {fit.optimizer}: {_count(len(fit.results), 'set')} of parameters"
+    holds = f"{fit.model} by {fit.optimizer}: {number_of('set', len(fit.results))} of parameters"
     if error and error.nrmse is not None:
         holds += f", NRMSE {100.0 * error.nrmse:.3g} % {'held out' if error.role == 'holdout' else 'in training'}"
     why = inputs.of_fits([fit])
@@ -213,7 +214,7 @@ def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
     rows = {f: [m for m in found.metrics if (m.fit or fits[f]) == (f if m.fit else m.model)] for f in fits}
     why = next((w for fit in fits if (w := _fit_reason(workspace, fit, rows[fit], inputs))), "")
     settings = {k: v for k, v in found.settings.items() if k != "models"}
-    return Step("models compared", "", _count(len(fits), "model"), list(fits.values()), settings, "", why)
+    return Step("models compared", "", number_of("model", len(fits)), list(fits.values()), settings, "", why)
 
 
 def _fit_reason(workspace: Workspace, name: str, rows: Sequence["ModelErrors"], inputs: Inputs) -> str:
@@ -239,7 +240,7 @@ def _optimizers(workspace: Workspace, inputs: Inputs) -> Step | None:
     if found is None:
         return None
     names = list(dict.fromkeys(r.optimizer for r in found.rows))
-    holds = f"{_count(len(names), 'optimizer')} on {found.settings.get('model', '')}"
+    holds = f"{number_of('optimizer', len(names))} on {found.settings.get('model', '')}"
     # an older one does not say what it was made from
     why = inputs.reason(found) if found.key else ""
     return Step("optimizers compared", "", holds, names, found.settings, found.code, why)
@@ -249,7 +250,7 @@ def _report(workspace: Workspace, inputs: Inputs) -> Step | None:
     found = load(workspace.report_folder / "report.json", ReportFile, "run `mrfit report` again")
     if not found:
         return None
-    holds = f"{_count(len(found.fits), 'fit')} on report/index.html"
+    holds = f"{number_of('fit', len(found.fits))} on report/index.html"
     return Step("report", "", holds, found.fits, {"fits": found.fits}, found.code, _old(workspace, found, inputs))
 
 
@@ -266,7 +267,3 @@ def _old(workspace: Workspace, report: ReportFile, inputs: Inputs) -> str:
     if report.code and report.key == report_key(workspace, names, outdated, report.code):
         return other_code(report.code, "")
     return "the fits it shows, or the recordings, flux linkage or segments, have changed since"
-
-
-def _count(number: int, what: str, several: str = "") -> str:
-    return f"{number} {what if number == 1 else several or what + 's'}"

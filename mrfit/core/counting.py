@@ -1,6 +1,6 @@
 """Numbers of things in words."""
 
 
-def number_of(what: str, number: int) -> str:
-    """Return a number of things, as ``1 log`` or ``2 logs``."""
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+def number_of(what: str, number: int, several: str = "") -> str:
+    """Return a number of things, as ``1 log`` or ``2 logs``; ``several`` is a plural that does not end so."""
+    return f"{number} {what if number == 1 else several or what + 's'}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.channels import CONTROL, INTEGRALS, WARMTH, unit_of
+from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Caution
 
@@ -117,7 +118,7 @@ def _caution(name: str, fitted: tuple[float, float], condition: str, reached: fl
     unit = unit_of(name)
     low, high = fitted
     span = f"{high:.4g}" if np.isclose(low, high) else f"{low:.4g} to {high:.4g}"
-    others = f" and {count - 1} more segment{'s' * (count > 2)}" if count > 1 else ""
+    others = f" and {number_of('more segment', count - 1)}" if count > 1 else ""
     text = (
         f"{name.replace('_', ' ')} reaches {reached:.4g} {unit} in {condition}{others}; the fit was made at "
         f"{span} {unit}: what the model says beyond is not tested"

@@ -103,7 +103,7 @@ def usable(
     if left_out and not any(s.role in roles for s in kept):
         first = next((row for row in left_out if row["role"] in roles), left_out[0])
         others = len({row["source"] for row in left_out}) - 1
-        more = f" ({others} more log{'s' * (others > 1)} cannot be used either)" if others else ""
+        more = f" ({number_of('more log', others)} cannot be used either)" if others else ""
         raise DataError(f"{first['source']}: {first['reason']}{more}")
     return kept, left_out
 

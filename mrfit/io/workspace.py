@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from mrfit.core import temporary
+from mrfit.core.counting import number_of
 from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.errors import ConfigError, DataError, MissingResource
 from mrfit.io.atomic import refuse_link, write_atomic
@@ -394,7 +395,7 @@ class Workspace:
                 # times are not read
                 held = not (streamed and is_long(file.metadata.num_rows))
                 size += 8.0 * held * file.metadata.num_rows * (file.metadata.num_columns - 1)
-        check_room(f"{self.root}: all samples of {len(identifiers)} recording{'s' * (len(identifiers) != 1)}", size)
+        check_room(f"{self.root}: all samples of {number_of('recording', len(identifiers))}", size)
 
     def read_recording(self, identifier: str, stage: str = "recordings", streamed: bool = False) -> Recording:
         """Return a recording as ``stage`` left it.

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
+from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.measure.intervals import CONFIDENCE, Estimate, known
 from mrfit.measure.quantity import Quantity, without
@@ -48,7 +49,7 @@ def power_law(levels: Sequence[ConditionForce], sign: str) -> list[Quantity]:
     opposing = [one for one in levels if one.estimate.value * (1.0 if sign == "+" else -1.0) > 2.0 * one.error]
     speeds = np.array([one.velocity for one in opposing])
     if _distinct(speeds) < LAW_SPEEDS:
-        return without(names, f"{_distinct(speeds)} speed{'s' * (_distinct(speeds) != 1)}; {LAW_SPEEDS} are needed")
+        return without(names, f"{number_of('speed', _distinct(speeds))}; {LAW_SPEEDS} are needed")
     force = np.log(np.abs([one.estimate.value for one in opposing]))
     errors = np.array([one.error / abs(one.estimate.value) for one in opposing])
     errors = np.maximum(errors, 1e-9)

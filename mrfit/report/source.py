@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.channels import INTEGRALS
+from mrfit.core.counting import number_of
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.core.width import Width
@@ -115,7 +116,7 @@ def _check_room(workspace: Workspace, fits: list[Fit]) -> None:
         path = workspace.fit_folder(fit.name) / "residuals.parquet"
         with suppress(OSError, ValueError), pq.ParquetFile(path) as file:
             size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - len(RESIDUAL_KEYS))
-    check_room(f"{workspace.root}: all samples of {len(fits)} fit{'s' * (len(fits) != 1)}", size)
+    check_room(f"{workspace.root}: all samples of {number_of('fit', len(fits))}", size)
 
 
 def fit_names(workspace: Workspace, names: tuple[str, ...]) -> list[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from mrfit.core.counting import number_of
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
@@ -56,7 +57,7 @@ def title_of(file: SheetFile, unit: str = "") -> str:
 
 def _lead(file: SheetFile) -> str:
     conditions = sum(len(unit.conditions) for unit in file.units)
-    text = f"{conditions} condition{'s' * (conditions != 1)}"
+    text = number_of("condition", conditions)
     if len(file.units) > 1:
         text += f" of {len(file.units)} units"
     if not file.limits:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrfit.core.channels import unit_of
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.core.specs import Array
@@ -108,7 +109,7 @@ def write(
             write_atomic(pictures[-1], lambda path, one=one: path.write_bytes(draw(one)._repr_png_()))  # type: ignore[misc]
         shown.append(Signals(replace(recording, channels={}), one.segments, one.said))
         progress("logs", place, number)
-    lead = f"{number} log{'s' * (number != 1)}, before any fit."
+    lead = f"{number_of('log', number)}, before any fit."
     if number > LOGS_DRAWN:
         lead += f" The first {LOGS_DRAWN} are shown; give fewer logs to see others."
     script = REPORT_TEMPLATE.with_name("signals.js").read_text(encoding="utf-8")

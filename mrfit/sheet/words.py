@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 
+from mrfit.core.counting import number_of
 from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, VerdictRow
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant, unit_html, with_interval
@@ -91,7 +92,7 @@ def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:
     for rows in notes.values():
         name, text = max(rows, key=lambda row: len(row[1]))
         more = len({condition for condition, _ in rows}) - 1
-        said.append(f"{name}: {text}" + (f" (and {more} more condition{'s' * (more != 1)} alike)" if more else ""))
+        said.append(f"{name}: {text}" + (f" (and {number_of('more condition', more)} alike)" if more else ""))
     return said
 
 

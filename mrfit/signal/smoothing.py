@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core.channels import ANTIDERIVATIVES, FAST_INPUTS, LEVEL_CHANNELS
+from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
@@ -271,7 +272,7 @@ def _smoothed(
     if isinstance(smoother, HarmonicFit):
         series = smoother
         rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
-        text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
+        text = f"harmonic fit, {number_of('harmonic', series.harmonics)} of {series.frequency:.5g} Hz"
         signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
         return _SmoothedChannel(signal, text, series.residual, replace(series, coefficients=rates))
     if isinstance(smoother, ModulatedSeries):
@@ -282,7 +283,7 @@ def _smoothed(
     if found.widest > 1:
         windows = f"{found.window}" if found.widest <= found.window else f"{found.window} to {found.widest}"
         text = f"savitzky-golay, window {windows} samples, order {POLYNOMIAL_ORDER}"
-        text += f", {smoother.corners} corner{'s' * (smoother.corners != 1)} kept" if smoother.corners else ""
+        text += f", {number_of('corner', smoother.corners)} kept" if smoother.corners else ""
     return _SmoothedChannel(found.values / dt**derivative, text, smoother.residual, None)
 
 

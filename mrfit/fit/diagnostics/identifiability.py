@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.channels import unit_of
+from mrfit.core.counting import number_of
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index, Param
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
@@ -125,7 +126,7 @@ def _summary(params: Sequence[Param], open_names: Sequence[str], uncertainty: Un
     left = len(open_names) - uncertainty.null.shape[1]
     known = [p.name for p in params if p.name not in open_names]
     alone = f"{_and(known)} one by one, and " if known else ""
-    combinations = f"of {_and(open_names)} only {left} combination{'s' * (left != 1)}"
+    combinations = f"of {_and(open_names)} only {number_of('combination', left)}"
     if left <= 0:
         combinations = f"nothing of {_and(open_names)}"
     return f"The data determine {uncertainty.rank} of {len(params)} parameters: {alone}{combinations}."
