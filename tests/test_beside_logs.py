@@ -2,6 +2,7 @@
 
 import ast
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -136,13 +137,25 @@ def test_only_folders_named_in_full_are_searched_for_code(monkeypatch: pytest.Mo
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join((named, "", "lib")))
     monkeypatch.setenv("LD_LIBRARY_PATH", os.pathsep)
     monkeypatch.setattr(sys, "path", ["", str(tmp_path), named, str(tmp_path / "lib"), "relative", *sys.path])
-    monkeypatch.setattr(current_folder, "_is_left_out", False)
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
     rest = sys.path[5:]
     current_folder.leave_out()
     assert sys.path == [named, *rest]
     assert os.environ["PATH"] == "/usr/bin" and os.environ["LD_LIBRARY_PATH"] == ""
     assert os.environ["PYTHONPATH"] == named
-    assert current_folder.is_left_out()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("-P", "-c", "import mrfit.core.current_folder, matplotlib"),
+        ("-c", "from mrfit.core import current_folder as place; place.leave_out(); import matplotlib"),
+    ],
+)
+def test_settings_of_matplotlib_beside_logs_are_hidden(words: tuple[str, ...], tmp_path: Path) -> None:
+    (tmp_path / "matplotlibrc").write_text("planted: 1\n")
+    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
 
 
 def test_a_folder_named_in_full_is_kept_though_it_is_the_current_one(
@@ -151,7 +164,7 @@ def test_a_folder_named_in_full_is_kept_though_it_is_the_current_one(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    monkeypatch.setattr(current_folder, "_is_left_out", False)
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
     before = list(sys.path)
     current_folder.leave_out()
     assert sys.path == before

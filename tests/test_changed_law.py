@@ -419,7 +419,7 @@ def test_a_plugin_that_is_not_named_is_told_from_an_edited_one(study: Study) -> 
 def test_code_that_a_plugin_calls_and_no_hash_covers_is_seen_by_what_it_simulates(study: Study) -> None:
     (study.folder / "helper.py").write_text("FACTOR = 1.0\n")
     path = study.folder / "damper.py"
-    read = f"float(open({str(study.folder / 'helper.py')!r}).read()[9:])"
+    read = f"float(__import__('pathlib').Path({str(study.folder / 'helper.py')!r}).read_text()[9:])"
     path.write_text(path.read_text().replace("+ c * drive[0]", f"+ {read} * c * drive[0]"))
     assert study.run(*AGAIN["fit"]).code == 0
     assert study.run(*SIMULATE["predict"]).code == 0

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.advise.drives import DIMENSIONS, RigBench, Test, lengthened, test_at
-from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.core.progress import Progress
 from mrfit.core.specs import Array
 from mrfit.core.workers import give_up
@@ -149,8 +148,7 @@ def choose(task: Task, seed: int, progress: Progress) -> TestChoice:
 
 def _polished(search: _TestSearch, place: _Place, mask: Mask, rng: np.random.Generator) -> _Place:
     """Return the best place that CMA-ES finds about one."""
-    with without_matplotlibrc():  # which it imports
-        from cma import CMAEvolutionStrategy
+    from cma import CMAEvolutionStrategy
 
     options = {
         "bounds": [0.0, 1.0],

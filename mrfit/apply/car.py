@@ -21,7 +21,18 @@ import numpy as np
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.walk import KEPT_ROWS, ControlNumbers, QuarterCarNumbers, Setup, Way, adapted, begun, driven, wanted
+from mrfit.apply.walk import (
+    ACCELERATION,
+    KEPT_ROWS,
+    ControlNumbers,
+    QuarterCarNumbers,
+    Setup,
+    Way,
+    adapted,
+    begun,
+    driven,
+    wanted,
+)
 from mrfit.core.arguments import check_arguments
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
@@ -260,6 +271,6 @@ def adaptive(
     evaluations = int(way.now[4])
     if left >= 0:
         return AdaptiveCheck(float("nan"), evaluations, left * timing.sample, pair[1].duration)
-    seen = setup.course[0, :: 2 * timing.steps]
+    seen = setup.course[ACCELERATION, :: 2 * timing.steps]
     settled = np.arange(samples) * timing.sample >= pair[1].settled
     return AdaptiveCheck(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)

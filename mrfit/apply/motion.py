@@ -82,10 +82,7 @@ def of_recordings(recordings: Iterable[core.Recording], names: Iterable[str], ou
     found = []
     wanted = list(dict.fromkeys((*MOTIONS[output], *(n for n in names if n not in ("current", "time")))))
     for recording in recordings:
-        segments, _ = cut([recording], 1, mrfit.segment.stage.Settings(holdout="none"), silent)
-        if not segments:
-            raise DataError(f"{recording.source or recording.id}: no stretch of motion was found in it")
-        whole = replace(segments[0], warm_up=0)
+        whole = replace(moving_stretch(recording), warm_up=0)
         if whole.stop - whole.start > _LONGEST:
             raise DataError(f"{recording.source or recording.id}: more than {_LONGEST} samples; cut the log")
         drive = smooth(recording, whole, wanted)
@@ -94,6 +91,20 @@ def of_recordings(recordings: Iterable[core.Recording], names: Iterable[str], ou
         force = None if measured is None else measured[whole.start : whole.stop]
         found.append(Motion(recording.id, drive.dt, channels, force))
     return found
+
+
+def moving_stretch(recording: core.Recording) -> core.Segment:
+    """Return the first stretch of motion of a log.
+
+    Raises
+    ------
+    DataError
+        If there is none.
+    """
+    segments, _ = cut([recording], 1, mrfit.segment.stage.Settings(holdout="none"), silent)
+    if not segments:
+        raise DataError(f"{recording.source or recording.id}: no stretch of motion was found in it")
+    return segments[0]
 
 
 def desired_series(recordings: Iterable[core.Recording], motion: Motion, output: str) -> Array:

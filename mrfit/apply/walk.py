@@ -16,7 +16,7 @@ from mrfit.kernels.jit import kernel, part
 # Controls, in the order of ``car.CONTROLS``
 _PASSIVE_HIGH, _ON_OFF, _SKYHOOK, _HYBRID = 1, 2, 3, 5
 # Rows of ``Setup.course``
-_ACCELERATION, _LOAD, _TRAVEL, _SPEED, _BODY, _WHEEL, _FORCE, _COMMAND, _FIELD, KEPT_ROWS = range(10)
+ACCELERATION, _LOAD, _TRAVEL, _SPEED, _BODY, _WHEEL, _FORCE, _COMMAND, _FIELD, KEPT_ROWS = range(10)
 # Beyond these heights and velocities the steps were too long
 _BOUND = 1e3
 # Of the adaptive steps: tolerances, and how many there may be in a sample interval
@@ -144,7 +144,7 @@ def _keep(setup: Setup, way: Way, at: int, y: Array, rates: Array, made: tuple[f
     """Keep a sample of the course, of a force and a field."""
     course, road = setup.course, (setup.road[0, at], setup.road[1, at])
     zu, vu = _wheel(setup, y, road)
-    course[_ACCELERATION, at] = rates[1]
+    course[ACCELERATION, at] = rates[1]
     course[_LOAD, at] = setup.car.tyre * (zu - road[0]) if setup.car.unsprung > 0.0 else 0.0
     course[_TRAVEL, at], course[_SPEED, at], course[_BODY, at], course[_WHEEL, at] = y[0] - zu, y[1] - vu, y[1], vu
     course[_FORCE, at] = setup.car.rest + _faded(setup, y[1] - vu, made[0]) if setup.car.soft > 0.0 else made[0]

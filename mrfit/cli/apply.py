@@ -1,5 +1,6 @@
 """``mrfit apply``: a fit put to use. The current for a force, how well forces are tracked, and the ride of a car."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,10 +43,15 @@ def damper_named(work: Path, name: str) -> "Damper":
 
     workspace = Workspace(work)
     fit = read_fit(workspace, name, compare=True)
-    for reason in fit.outdated:
-        console.note(f"warning outdated: {fit.name}: {reason}: fit again")
+    note_outdated(fit.name, fit.outdated)
     known = (workspace.fit_folder(name) / "residuals.parquet").is_file() and workspace.segments_file.is_file()
     return damper_of(FitResult(fit), tested=trained_on(workspace, fit) if known else {})
+
+
+def note_outdated(fit_name: str, reasons: Iterable[str]) -> None:
+    """Print the reasons for which a fit is out of date, beside what is answered with it."""
+    for reason in reasons:
+        console.note(f"warning outdated: {fit_name}: {reason}: fit again")
 
 
 def motions_of(

@@ -30,7 +30,7 @@ def track_parameters(
 
     Example: mrfit track-parameters datasets/damper/sine_1Hz_12mm.csv --fit tanh.auto.all --track fy,c
     """
-    from mrfit.cli.apply import read_logs
+    from mrfit.cli.apply import note_outdated, read_logs
     from mrfit.export.source import source_of
     from mrfit.export.workspace import read_fit_and_logs
     from mrfit.io.workspace import Workspace
@@ -39,8 +39,7 @@ def track_parameters(
     workspace = Workspace(work)
     found = read_fit_and_logs(workspace, fit_name)
     source = source_of(found.content, found.assembly, found.stretches, condition)
-    for reason in found.content.outdated:
-        console.note(f"warning outdated: {fit_name}: {reason}: fit again")
+    note_outdated(fit_name, found.content.outdated)
     made = tracked(source, read_logs(logs, reading.map), [n.strip() for n in track.split(",") if n.strip()])
     with workspace.locked():
         return CommandAnswer(made.save(workspace.root / "track", fit_name), _show)

@@ -8,14 +8,15 @@ import sys
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
 
 # Variables that list folders of code; an empty or relative part of one means the current folder or one in it
 PATHS = (
     *("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "DYLD_FALLBACK_LIBRARY_PATH", "HDF5_PLUGIN_PATH"),
     *("LIBRARY_PATH", "COMPILER_PATH", "CPATH", "C_INCLUDE_PATH", "OCTAVE_PATH"),
 )
-_is_left_out = False
 
 
 def leave_out() -> None:
@@ -23,14 +24,13 @@ def leave_out() -> None:
 
     Python puts it first for ``python -m``, and where a part of PYTHONPATH is empty or relative.
     """
-    global _is_left_out
-    _is_left_out = True
     named = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     relative = {os.path.abspath(p) for p in ("", *named) if not os.path.isabs(p)}
     # folders that were named in full, and a checkout from which mrfit is run
     kept = {*filter(os.path.isabs, named), os.path.dirname(os.path.dirname(os.path.dirname(__file__)))}
     sys.path[:] = [p for p in sys.path if os.path.isabs(p) and (p not in relative or p in kept)]
     os.environ.update(without_relative(os.environ))
+    sys.meta_path.insert(0, MatplotlibFinder())
 
 
 def without_relative(environment: "Mapping[str, str]") -> dict[str, str]:
@@ -40,11 +40,6 @@ def without_relative(environment: "Mapping[str, str]") -> dict[str, str]:
         for name in PATHS
         if name in environment
     }
-
-
-def is_left_out() -> bool:
-    """Return whether this process is a command, or was started by one; a user's script or notebook is neither."""
-    return _is_left_out or bool(sys.flags.safe_path)
 
 
 class HiddenFileFinder:
@@ -70,6 +65,25 @@ class HiddenFileFinder:
         os.path.exists = self.there
 
 
-def without_matplotlibrc() -> HiddenFileFinder:
-    """Return an import hook that hides matplotlib's settings beside logs from a command that imports it."""
-    return HiddenFileFinder("matplotlibrc" if is_left_out() else "")
+class MatplotlibFinder:
+    """Finds matplotlib as any other finder does, and hides its settings beside logs while it is loaded."""
+
+    def find_spec(self, name: str, path: "Sequence[str] | None" = None, target: object = None) -> "ModuleSpec | None":
+        """Return the place of matplotlib; of other modules nothing is known here."""
+        if name != "matplotlib":
+            return None
+        others = [f for f in sys.meta_path if f is not self]
+        spec = next((s for f in others if (s := f.find_spec(name, path)) is not None), None)
+        if spec is not None and spec.loader is not None:
+            load = spec.loader.exec_module
+
+            def load_without_settings(module: "ModuleType") -> None:
+                with HiddenFileFinder("matplotlibrc"):
+                    load(module)
+
+            spec.loader.exec_module = load_without_settings  # type: ignore[method-assign]
+        return spec
+
+
+if sys.flags.safe_path:
+    sys.meta_path.insert(0, MatplotlibFinder())

@@ -1,7 +1,8 @@
 """Plan of a tracker of parameters: what a fit and its logs say of their prior, of the noise and of standing still."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -83,7 +84,7 @@ class TrackerPlan:
         """Number of filters: of constant parameters, and, at each rate, of each that moves and of all that do."""
         return len(self.constants.walk)
 
-    @property
+    @cached_property
     def constants(self) -> EstimatorPlan:
         """Constants of the estimator."""
         spans, values, low, high = (
@@ -133,9 +134,7 @@ def plan_of(source: ExportSource, names: Sequence[str]) -> TrackerPlan:
     # a factor common to several values is what their covariance says of it when all have it
     common = np.linalg.inv(columns.T @ np.linalg.solve(covariance, columns))
     deviations = np.sqrt(np.diag(common))
-    tracked = tuple(
-        TrackedParameter(**{**vars(p), "deviation": float(d)}) for p, d in zip(found, deviations, strict=True)
-    )
+    tracked = tuple(replace(p, deviation=float(d)) for p, d in zip(found, deviations, strict=True))
     deviation, correlated = _noise(source)
     return TrackerPlan(tracked, common / np.outer(deviations, deviations), deviation, correlated, _standing(source))
 

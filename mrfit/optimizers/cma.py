@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.core.specs import Array, OptimizerSpec, Options
 from mrfit.optimizers.cost.objective import Objective, Termination
 
@@ -39,8 +38,7 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
 
 
 def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:
-    with without_matplotlibrc():  # which it imports
-        from cma import CMAEvolutionStrategy
+    from cma import CMAEvolutionStrategy
 
     options = {
         "bounds": [0.0, 1.0],

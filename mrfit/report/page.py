@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
@@ -25,9 +25,6 @@ from mrfit.report.tables import METRIC_COLUMNS, ROLE_WORDS
 from mrfit.report.verdict import GroupedWarning, cautions, open_directions, verdict
 from mrfit.settings.fit import Settings as FitSettings
 from mrfit.signal.metrics import METRICS
-
-if TYPE_CHECKING:
-    pass
 
 LONG_TABLE = 40
 """Rows from which a table is folded until it is asked for."""

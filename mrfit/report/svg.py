@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.io.escapes import visible_in_page
 
 if TYPE_CHECKING:
@@ -62,14 +61,10 @@ THEME = {
 
 
 def import_matplotlib() -> None:
-    """Import matplotlib whatever MPLBACKEND says: figures are made without windows, and a wrong name would end it.
-
-    A command reads no matplotlibrc that lies beside logs either.
-    """
+    """Import matplotlib whatever MPLBACKEND says: figures are made without windows, and a wrong name would end it."""
     chosen = os.environ.pop("MPLBACKEND", None)
     try:
-        with without_matplotlibrc():
-            import matplotlib  # noqa: F401
+        import matplotlib  # noqa: F401
     finally:
         if chosen is not None:
             os.environ["MPLBACKEND"] = chosen

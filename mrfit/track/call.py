@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import mrfit.segment.stage
 from mrfit.api.exporting import source_of_result
 from mrfit.api.fitting import FitResult
 from mrfit.api.recordings import PathText, several
-from mrfit.core.progress import silent
+from mrfit.apply.motion import moving_stretch
+from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -20,7 +20,6 @@ from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.io.schemas.track import TrackedLog, TrackedValue, TracksFile
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import checked, write_json, write_text
-from mrfit.segment.stage import cut
 from mrfit.signal.smoothing import TIME_CHANNEL, smooth
 from mrfit.track.page import page_of
 from mrfit.track.run import BlockRefits, ParameterTrack, track_log
@@ -50,12 +49,14 @@ class ParameterTracks:
     tracks: dict[str, ParameterTrack]
     blocks: dict[str, BlockRefits]
 
+    @check_arguments
     def frame(self, log: str) -> "DataFrame":
         """Return time, estimates and standard deviations (``NAME_sd``) of a log, innovation, and whether it moved."""
         from pandas import DataFrame
 
         return DataFrame(columns_of(self.tracks[log]))
 
+    @check_arguments
     def save(self, folder: PathText, name: str = "track-parameters") -> TracksFile:
         """Write page, JSON file, and a table for every log."""
         root, page = Path(folder), f"{name}.html"
@@ -70,6 +71,7 @@ class ParameterTracks:
         return f"<ParameterTracks of {self.content.fit}: {', '.join(self.tracks)}>"
 
 
+@check_arguments
 def track(fit: FitResult, recordings: Recording | Iterable[Recording], parameters: Sequence[str]) -> ParameterTracks:
     """Track parameters of a fit along logs, as ``mrfit track-parameters`` does.
 
@@ -142,13 +144,10 @@ def _signals(source: ExportSource, recording: Recording) -> tuple[Array, Array]:
     DataError
         If the output was not measured, or there is no motion.
     """
-    name = recording.source or recording.id
     if source.spec.output not in recording.channels:
+        name = recording.source or recording.id
         raise DataError(f"{name}: no channel '{source.spec.output}' to track parameters by")
-    segments, _ = cut([recording], 1, mrfit.segment.stage.Settings(holdout="none"), silent)
-    if not segments:
-        raise DataError(f"{name}: no stretch of motion was found in it")
-    whole = replace(segments[0], start=0, stop=recording.samples, warm_up=0, frequency=0.0, cycles=0)
+    whole = replace(moving_stretch(recording), start=0, stop=recording.samples, warm_up=0, frequency=0.0, cycles=0)
     names = [n for n in source.spec.inputs if n != TIME_CHANNEL]
     drive = dict(zip(names, smooth(recording, whole, names).values, strict=True))
     time = np.arange(recording.samples) * recording.dt

@@ -158,16 +158,16 @@ def track_log(
     stepper = _stepper(source, theta, float(np.min(dt)))
     names = stepper.inputs
     given = stepper.complete({"current": np.zeros(len(measured)), **channels})
-    state = stepper.rest({n: given[:1, k] for k, n in enumerate(names)})
+    start = {n: given[:1, k] for k, n in enumerate(names)}
     steps = np.array(np.broadcast_to(np.asarray(dt, dtype=np.float64), measured.shape))
     steps[0] = 0.0
     size = len(plan.parameters)
-    models = _models(source, plan, stepper, theta, np.repeat(state, size + 1, axis=0))
-    # at rest of its own parameters
+    models = _models(source, plan, stepper, theta, np.empty((size + 1, stepper.chain.places.whole)))
+    # each at rest with its own parameters
     t, found = begun_estimator(plan.prior, plan.filters), np.empty((len(given), 2 * size + 2))
     for lane in range(size + 1):
         _placed(stepper.chain, models, t.estimate, lane)
-        models.states[lane] = stepper.rest({n: given[:1, k] for k, n in enumerate(names)})[0]
+        models.states[lane] = stepper.rest(start)[0]
     moves = plan.moves(names, given.T)
     _follow(stepper.chain, models, TrackerLog(given, measured, steps, moves), t, plan.constants, found)
     scale = models.deviation

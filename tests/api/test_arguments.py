@@ -76,6 +76,7 @@ def calls(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Call]:
         "Sheet.plot": (sheet.plot, {}),
         "Sheet.save": (sheet.save, {"folder": folder / "sheet"}),
         "invert": (applied.invert, {"fit": None, "motion": log}),
+        "track parameters": (mrfit.track, {"fit": fit, "recordings": [], "parameters": ["fy"]}),
         "track": (applied.track, {"fit": fit, "motions": [], "laws": "c=1e3"}),
         "quarter_car": (applied.quarter_car, {"fit": None}),
         "damper": (applied.damper, {"model": "bingham", "parameters": known, "orders": {"fy": 1}}),
