@@ -71,8 +71,7 @@ def added(known: DifferenceInformation, jacobian: Array, differences: Array) -> 
         each draw of its parameters; both in standard errors of the noise.
     """
     after = known.and_(jacobian, differences).left()
-    distance: Array = np.sqrt(np.maximum(after - known.left(), 0.0))
-    return distance
+    return np.sqrt(np.maximum(after - known.left(), 0.0))
 
 
 def without(columns: Array, nuisance: Array) -> Array:
@@ -80,21 +79,18 @@ def without(columns: Array, nuisance: Array) -> Array:
     if not nuisance.shape[1]:
         return columns
     orthogonal, _ = np.linalg.qr(nuisance)
-    free: Array = columns - orthogonal @ (orthogonal.T @ columns)
-    return free
+    return columns - orthogonal @ (orthogonal.T @ columns)
 
 
 def triangle(jacobian: Array) -> Array:
     """Return R (F, F) with RᵀR = JᵀJ of sensitivities (N, F)."""
-    root: Array = np.linalg.qr(jacobian)[1]
-    return root
+    return np.linalg.qr(jacobian)[1]
 
 
 def half_widths(roots: Sequence[Array], prior: Array) -> Array:
     """Return standard errors (F,) of parameters from triangles (F, F) of several data, within a prior's (F,)."""
     information = np.diag(prior**-2.0) + sum(root.T @ root for root in roots)
-    errors: Array = np.sqrt(np.diag(np.linalg.inv(information)))
-    return errors
+    return np.sqrt(np.diag(np.linalg.inv(information)))
 
 
 def determinant_gain(root: Array, jacobian: Array, prior: Array) -> float:

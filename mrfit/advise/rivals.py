@@ -37,8 +37,7 @@ class Rival:
 
 def spec_of(effect: str) -> EffectSpec:
     """Return the SPEC of an effect."""
-    spec: EffectSpec = registry.load("effect", effect).SPEC
-    return spec
+    return registry.load("effect", effect).SPEC
 
 
 def rivals_of(found: DiscoveryFile) -> list[Rival]:

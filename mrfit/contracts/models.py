@@ -31,8 +31,7 @@ def theta_of(spec: ModelSpec, count: int, spread: float = 0.1) -> Array:
     u = np.clip(u + spread * rng.uniform(-1, 1, (count, len(u))), 0, 1)
     u[0] = (to(start) - to(low)) / (to(high) - to(low))
     value = to(low) + u * (to(high) - to(low))
-    found: Array = np.clip(np.where(log, np.exp(np.where(log, value, 0.0)), value), low, high)
-    return found
+    return np.clip(np.where(log, np.exp(np.where(log, value, 0.0)), value), low, high)
 
 
 def specification_is_sound(model: Model) -> None:

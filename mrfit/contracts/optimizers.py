@@ -20,8 +20,7 @@ def quadratic(target: Array) -> Residuals:
     """Return residuals (P, M) that vanish at a point (K,)."""
 
     def residuals(points: Array) -> Array:
-        out: Array = (points - target) * np.linspace(1.0, 3.0, points.shape[1])
-        return out
+        return (points - target) * np.linspace(1.0, 3.0, points.shape[1])
 
     return residuals
 

@@ -47,8 +47,7 @@ class UnitComparison:
     def drifts(self) -> "DataFrame":
         """The rows of what drifts."""
         table = self.table
-        found: DataFrame = table[table["drifts"].eq(True)]
-        return found
+        return table[table["drifts"].eq(True)]
 
     @check_arguments
     def save(self, folder: PathText) -> DriftFile:

@@ -44,8 +44,7 @@ class MixedFit:
     @property
     def probabilities(self) -> Array:
         """Two-sided probability of each coefficient's size without an effect (P,)."""
-        values: Array = 2.0 * stdtr(self.degrees, -np.abs(self.beta) / np.maximum(self.errors, 1e-300))
-        return values
+        return 2.0 * stdtr(self.degrees, -np.abs(self.beta) / np.maximum(self.errors, 1e-300))
 
 
 @dataclass(frozen=True)

@@ -123,8 +123,7 @@ class Population:
     @property
     def scores(self) -> Array:
         """Distance of every unit from the mean in standard deviations (N,)."""
-        scores: Array = (self.values - self.mean) / np.sqrt(np.maximum(self.variance + self.variances, 1e-300))
-        return scores
+        return (self.values - self.mean) / np.sqrt(np.maximum(self.variance + self.variances, 1e-300))
 
     def probability(self, value: float, variance: float) -> float:
         """Return the probability that another unit lies as far from the mean, whatever the direction."""

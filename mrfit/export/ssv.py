@@ -180,8 +180,7 @@ def _along(source: ExportSource, settings: Settings) -> Array:
 def _slopes(values: Array) -> Array:
     """Return central differences (F, M) of values (2F, M) at steps up and down."""
     half = len(values) // 2
-    slopes: Array = np.nan_to_num((values[:half] - values[half:]) / (2.0 * CUBE_STEP))
-    return slopes
+    return np.nan_to_num((values[:half] - values[half:]) / (2.0 * CUBE_STEP))
 
 
 def _in_cube(source: ExportSource, free: list[int], moves: Array) -> Array:

@@ -187,8 +187,7 @@ def work_drive(block: SegmentBlock, assembly: Assembly) -> Array | None:
         return block.inputs(inputs.index(name))
     if rate in inputs:
         values = block.inputs(inputs.index(rate))
-        path: Array = np.cumsum(values - values.mean()) * block.dt
-        return path
+        return np.cumsum(values - values.mean()) * block.dt
     return None
 
 

@@ -139,8 +139,7 @@ class OnDisk:
     def means(self, boundaries: Array) -> Array:
         """See ``SampleSource``."""
         at = np.concatenate([one[1] for one in self._about(boundaries)])
-        means: Array = np.diff(at) / np.diff(boundaries)
-        return means
+        return np.diff(at) / np.diff(boundaries)
 
     def _about(self, positions: Array) -> Iterator[tuple[Array, Array]]:
         """Yield, chunk by chunk, values at positions and integrals from the first one's sample to them."""

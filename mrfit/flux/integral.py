@@ -87,8 +87,7 @@ def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: flo
             return parts
         values = induced(begin, end)
         steps = dt * (values[1:] + values[:-1]) / 2.0
-        summed: Array = np.cumsum(np.concatenate([[carried[chunk]], steps]))
-        return summed
+        return np.cumsum(np.concatenate([[carried[chunk]], steps]))
 
     for begin in range(COLUMN_CHUNK, samples, COLUMN_CHUNK):
         last = float(whole(begin // COLUMN_CHUNK - 1, begin)[-1])

@@ -54,8 +54,7 @@ def filter_of(factor: int) -> Array:
     taps, beta = kaiserord(DECIMATION_ATTENUATION, (1.0 - KEPT_BAND) / factor)
     # as many taps to either side as make the filter whole at a sample that is kept
     side = factor * -(-taps // (2 * factor))
-    weights: Array = firwin(2 * side + 1, (1.0 + KEPT_BAND) / (2.0 * factor), window=("kaiser", beta))
-    return weights
+    return firwin(2 * side + 1, (1.0 + KEPT_BAND) / (2.0 * factor), window=("kaiser", beta))
 
 
 def smoothed(values: Array, weights: Array) -> Array:

@@ -88,5 +88,4 @@ def _filter(share: float) -> Array:
     from scipy.signal import firwin, kaiserord
 
     taps, beta = kaiserord(STOP_BAND_ATTENUATION, 2.0 * (STOP_BAND_BEGIN - PASS_BAND) * share)
-    weights: Array = firwin(taps | 1, 2.0 * share, window=("kaiser", beta))
-    return weights
+    return firwin(taps | 1, 2.0 * share, window=("kaiser", beta))

@@ -179,8 +179,7 @@ def _rivals(costs: Array) -> list[int]:
 def _latin_hypercube(count: int, dimension: int, rng: np.random.Generator) -> Array:
     """Return points (P, K) of which every axis has exactly one in each P-th of the cube's edge."""
     cells = np.argsort(rng.random((count, dimension)), axis=0)
-    points: Array = (cells + rng.random((count, dimension))) / count
-    return points
+    return (cells + rng.random((count, dimension))) / count
 
 
 def _choose(points: Array, costs: Array, given: int, count: int) -> Array:

@@ -90,5 +90,4 @@ def selection_probabilities(costs: Array) -> Array:
     scaled = finite / max(float(finite.max()), 1e-300)
     proximities = np.abs(scaled[:, None] - scaled).sum(axis=1)
     total = proximities.sum()
-    probabilities: Array = proximities / total if total > 0.0 else np.full(len(costs), 1.0 / len(costs))
-    return probabilities
+    return proximities / total if total > 0.0 else np.full(len(costs), 1.0 / len(costs))

@@ -75,5 +75,4 @@ def swim(whales: Array, prey: Array, coefficient: float, spiral_shape: float, rn
     encircling = reference - reach * np.abs(weights * reference - whales)
     turns = rng.uniform(-1.0, 1.0, (count, 1))
     spiral = np.abs(prey - whales) * np.exp(spiral_shape * turns) * np.cos(2.0 * np.pi * turns) + prey
-    moved: Array = np.where(rng.random((count, 1)) < 0.5, encircling, spiral)
-    return moved
+    return np.where(rng.random((count, 1)) < 0.5, encircling, spiral)

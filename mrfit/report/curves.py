@@ -77,8 +77,7 @@ def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np
 def unit_extent(values: Array) -> Array:
     """Return values scaled to an extent of one."""
     extent = float(np.max(values) - np.min(values)) if len(values) else 0.0
-    scaled: Array = values / extent if extent > 0.0 else np.zeros_like(values)
-    return scaled
+    return values / extent if extent > 0.0 else np.zeros_like(values)
 
 
 def shown_cycles(series: Series, cycles: float = CYCLES) -> slice:

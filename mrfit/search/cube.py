@@ -96,8 +96,7 @@ class FreeParameters:
 
     def to_values(self, points: Array) -> Array:
         """Map points (P, F) of the cube to the parameters' values (P, F)."""
-        values: Array = self.cube.to_theta(points)[:, self.cube.free]
-        return values
+        return self.cube.to_theta(points)[:, self.cube.free]
 
     def to_points(self, values: Array) -> Array:
         """Map the parameters' values (P, F) to points (P, F) of the cube."""

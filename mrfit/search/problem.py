@@ -98,8 +98,7 @@ class SegmentBlock:
         """Return the means (B,) of sample values (N,) over the samples of each target."""
         if self.bins is None:
             return values
-        means: Array = np.bincount(self.bins, values) / self.counts
-        return means
+        return np.bincount(self.bins, values) / self.counts
 
     def inputs(self, row: int) -> Array:
         """Return one input at the targets of a full block, (N,)."""

@@ -110,8 +110,7 @@ class _Level:
 
     def _gain(self, places: Indices) -> Array:
         apart, across = self.residuals(places)
-        gain: Array = (across - apart) / np.maximum(self.power, apart / FREEDOM)
-        return gain
+        return (across - apart) / np.maximum(self.power, apart / FREEDOM)
 
     def _candidates(self, known: Indices) -> Indices:
         """Return the places where a kink or a step explains most for its neighbourhood, away from known corners."""
@@ -189,16 +188,14 @@ def _left(windows: Array, basis: Array) -> Array:
 
 
 def _orthonormal(columns: Array) -> Array:
-    basis: Array = np.linalg.qr(columns)[0]
-    return basis
+    return np.linalg.qr(columns)[0]
 
 
 def _beyond_cubic(shape: Array) -> Array:
     """Return what a cubic leaves of a shape (CORNER_WINDOW,), of unit length."""
     cubic = SMOOTH[:, :4]
     residual = shape - cubic @ (cubic.T @ shape)
-    unit: Array = residual / np.linalg.norm(residual)
-    return unit
+    return residual / np.linalg.norm(residual)
 
 
 OFFSETS = (np.arange(CORNER_WINDOW) - (CORNER_WINDOW - 1) / 2) / SIDE

@@ -335,5 +335,4 @@ def _repeat_lag(values: Array, min_cycles: int) -> float:
 
 def last_event(events: Index, samples: int) -> Index:
     """Return for each sample the last of the ascending sample numbers ``events`` (E,) up to it, 0 before the first."""
-    last: Index = np.concatenate([[0], events])[np.searchsorted(events, np.arange(samples), side="right")]
-    return last
+    return np.concatenate([[0], events])[np.searchsorted(events, np.arange(samples), side="right")]

@@ -51,14 +51,12 @@ class SteadyDrift:
     def bend(self) -> Array:
         """What the level's drift adds beyond a straight line (N,), which no effect of the library does."""
         time = np.linspace(-1.0, 1.0, len(self.level))
-        bend: Array = self.level - np.polyval(np.polyfit(time, self.level, 1), time)
-        return bend
+        return self.level - np.polyval(np.polyfit(time, self.level, 1), time)
 
     @property
     def total(self) -> Array:
         """What both add to the output (N,)."""
-        both: Array = self.level + self.gain
-        return both
+        return self.level + self.gain
 
 
 def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> SteadyDrift | None:

@@ -135,8 +135,7 @@ def synthesis(coefficients: Spectrum, omega: float, samples: int) -> Array:
     inner = _rotations(omegas, np.arange(block, dtype=np.float64)).T
     outer = _rotations(omegas, np.arange(-(-samples // block), dtype=np.float64) * block) * coefficients
     rows = outer.real @ inner.real - outer.imag @ inner.imag
-    signal: Array = rows.reshape(-1)[:samples]
-    return signal
+    return rows.reshape(-1)[:samples]
 
 
 def _coarse(signal: Array, omega: float) -> float:
@@ -161,8 +160,7 @@ def _gram(samples: int, omega: float, harmonics: int) -> Array:
     gram[1::2, 0::2] = (plus + minus).imag / 2
     gram[0::2, 1::2] = gram[1::2, 0::2].T
     keep = np.arange(2 * harmonics + 2) != 1
-    kept: Array = gram[np.ix_(keep, keep)]
-    return kept
+    return gram[np.ix_(keep, keep)]
 
 
 def _moments(signal: Array, omega: float, harmonics: int) -> Array:
@@ -177,8 +175,7 @@ def _as_moments(sums: Spectrum) -> Array:
 
 def _complex(real: Array) -> Spectrum:
     pairs = np.insert(real, 1, 0.0).reshape(-1, 2)
-    coefficients: Spectrum = pairs[:, 0] - 1j * pairs[:, 1]
-    return coefficients
+    return pairs[:, 0] - 1j * pairs[:, 1]
 
 
 def _solve(gram: Array, moments: Array) -> Array:

@@ -154,14 +154,12 @@ class _Fit:
     @property
     def fold(self) -> Index:
         """Fold of every sample (N,)."""
-        folds: Index = (np.arange(len(self.residual)) // self.block) % FOLDS
-        return folds
+        return (np.arange(len(self.residual)) // self.block) % FOLDS
 
 
 def _scaled(values: Array) -> Array:
     values = values - values.mean()
-    scaled: Array = values / max(float(np.quantile(np.abs(values), 0.99)), 1e-300)
-    return scaled
+    return values / max(float(np.quantile(np.abs(values), 0.99)), 1e-300)
 
 
 def _late(level: Array, dt: float) -> list[Array]:
@@ -170,8 +168,7 @@ def _late(level: Array, dt: float) -> list[Array]:
 
 
 def _stop(moved: Array, half_width: float) -> Array:
-    stop: Array = (moved - play(moved, float(half_width))) / half_width
-    return stop
+    return (moved - play(moved, float(half_width))) / half_width
 
 
 def _bandwidth(motion: DrivingInput) -> float:

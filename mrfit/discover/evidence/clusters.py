@@ -53,5 +53,4 @@ def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array],
     errors = np.concatenate([r for r, m in zip(residuals, members, strict=True) if m])
     leverages, vectors = np.linalg.eigh(columns.T @ columns)
     corrected = 1.0 / np.sqrt(1.0 - np.clip(leverages, 0.0, STANDARD.leverage_max))
-    score: Array = vectors @ (corrected * (vectors.T @ (columns.T @ errors)))
-    return score
+    return vectors @ (corrected * (vectors.T @ (columns.T @ errors)))

@@ -69,8 +69,7 @@ class Refit:
     @property
     def theta(self) -> Array:
         """Parameters (K,)."""
-        theta: Array = self.cube.to_theta(self.point[None, :])[0]
-        return theta
+        return self.cube.to_theta(self.point[None, :])[0]
 
     @property
     def values(self) -> dict[str, float]:

@@ -42,8 +42,7 @@ def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], 
 
     def design(parts: Sequence[Array]) -> Array:
         scaled = (np.vstack(parts) - centre) / scale
-        columns: Array = np.hstack([scaled, np.cos(scaled @ weights + phases)])
-        return columns
+        return np.hstack([scaled, np.cos(scaled @ weights + phases)])
 
     target = np.concatenate(train)
     stride = max(1, len(target) // STANDARD.structure_rows)
@@ -75,8 +74,7 @@ def _inputs(stretch: Stretch) -> Array:
 def _past(values: Array, dt: float, seconds: float) -> Array:
     """Return a channel as it was some time ago, its first value before the record began."""
     back = max(int(round(seconds / dt)), 1)
-    past: Array = np.concatenate([np.full(min(back, len(values)), values[0]), values[:-back]])[: len(values)]
-    return past
+    return np.concatenate([np.full(min(back, len(values)), values[0]), values[:-back]])[: len(values)]
 
 
 def repeated_error(bench: Bench, fit: Refit) -> float:

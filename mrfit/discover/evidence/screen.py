@@ -216,8 +216,7 @@ def present_basis(fitter: Fitter, present: Refit) -> Array:
     jacobian = sensitivities(fitter.thinned(present.assembly, present.cube), present.point)
     jacobian = jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
     u, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
-    basis: Array = u[:, singular > STANDARD.basis_rank * singular[0]]
-    return basis
+    return u[:, singular > STANDARD.basis_rank * singular[0]]
 
 
 def cosines(screened: Sequence[ScreenedEffect]) -> Array:

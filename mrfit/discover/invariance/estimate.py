@@ -60,8 +60,7 @@ class GramTable:
     @property
     def total(self) -> Array:
         """Sum over the groups."""
-        total: Array = self.grams.sum(axis=0)
-        return total
+        return self.grams.sum(axis=0)
 
     @property
     def size(self) -> int:
@@ -125,8 +124,7 @@ class GramTable:
     def steps(self, level: int = FULL, offset: bool | None = None) -> Array:
         """Return the steps (E,) of the effects' numbers to the best fit."""
         found = self.solve(self.total, level, offset=offset)
-        steps: Array = found[self.size : self.size + len(self.free)] / self.scales[: len(self.free)]
-        return steps
+        return found[self.size : self.size + len(self.free)] / self.scales[: len(self.free)]
 
     def left(self, level: int = FULL) -> float:
         """Return the squared error of the best fit."""
@@ -280,8 +278,7 @@ def derivative(setting: RegressionData, at: int, state: State, free: Free, law: 
 def force_of_law(setting: RegressionData, at: int, state: State, law: Array) -> Array:
     """Return the force (L + N,) of a law with coefficients (p,) behind the effects of a state, over the range."""
     force = setting.law(at, state).values @ law
-    passed: Array = setting.passed(at, state, force[:, None])[:, 0]
-    return passed
+    return setting.passed(at, state, force[:, None])[:, 0]
 
 
 @dataclass(frozen=True)
@@ -328,8 +325,7 @@ def _damped_step(made: GramTable, level: int, damping: float) -> Array:
     weights = made.beside(made.size + np.arange(count), level, effects=0)
     own = weights.T @ made.total @ weights
     normal = own[:-1, :-1] + np.diag(damping * own.diagonal()[:-1] + STANDARD.law_jitter * made.rows)
-    step: Array = np.linalg.solve(normal, own[:-1, -1]) / made.scales[:count]
-    return step
+    return np.linalg.solve(normal, own[:-1, -1]) / made.scales[:count]
 
 
 def _moved(setting: RegressionData, state: State, free: Sequence[Free], steps: Array) -> tuple[dict[str, Array], float]:

@@ -77,5 +77,4 @@ def _beyond(columns: Array, values: Array) -> Array:
     scaled = columns / (np.sqrt(np.mean(columns**2, axis=0)) + 1e-300)
     gram = scaled.T @ scaled
     gram[np.diag_indices_from(gram)] += 1e-9 * len(scaled)
-    beyond: Array = values - scaled @ np.linalg.solve(gram, scaled.T @ values)
-    return beyond
+    return values - scaled @ np.linalg.solve(gram, scaled.T @ values)

@@ -134,8 +134,7 @@ def inputs_move(values: Array | None) -> bool:
 
 
 def _means(values: Array, every: int) -> Array:
-    means: Array = np.ascontiguousarray(values.reshape(-1, every).mean(axis=1))
-    return means
+    return np.ascontiguousarray(values.reshape(-1, every).mean(axis=1))
 
 
 def _fastest(speed: Array, dt: float) -> float:

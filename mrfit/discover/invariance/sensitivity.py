@@ -144,23 +144,20 @@ def _middles(scales: Scales, middle: float) -> tuple[float, ...]:
 def added(effect: ExaminedEffect, record: Record, theta: Array) -> Array:
     """Return the force that an effect adds, (L + N,)."""
     made = cast(AddsTerm, effect.module).term if effect.spec.slot == "add" else cast(ErrsInRecord, effect.module).error
-    term: Array = made(dict(record.channels), theta[None], record.dt)[0]
-    return term
+    return made(dict(record.channels), theta[None], record.dt)[0]
 
 
 def moved(effect: ExaminedEffect, record: Record, control: Array, theta: Array) -> Array:
     """Return the current that the law sees, (L + N,), of the one before the effect."""
     channels = {**record.channels, CONTROL: plain(control)}
-    found: Array = cast(ChangesInput, effect.module).transform(channels, theta, record.dt)[CONTROL]
-    return found
+    return cast(ChangesInput, effect.module).transform(channels, theta, record.dt)[CONTROL]
 
 
 def factor(effect: ExaminedEffect, record: Record, theta: Array) -> Array:
     """Return the factor of an effect on the law (L + N,): the mean over its roles, which share one strength."""
     found = cast(ScalesParameters, effect.module).factors(record.channels, theta[None], record.dt)
     rows = [np.broadcast_to(f[0], record.speed.shape) for f in found.values()]
-    mean: Array = np.mean(rows, axis=0)
-    return mean
+    return np.mean(rows, axis=0)
 
 
 def changed(effect: ExaminedEffect, record: Record, theta: Array, values: Array) -> Array:
@@ -169,8 +166,7 @@ def changed(effect: ExaminedEffect, record: Record, theta: Array, values: Array)
         return values * factor(effect, record, theta)[:, None]
     rows = np.ascontiguousarray(values.T)
     shape = cast(ShapesOutput, effect.module).shape
-    found: Array = shape(rows, dict(record.channels), np.repeat(theta[None], len(rows), axis=0), record.dt).T
-    return found
+    return shape(rows, dict(record.channels), np.repeat(theta[None], len(rows), axis=0), record.dt).T
 
 
 def step_of(effect: ExaminedEffect, number: int, value: float) -> float:

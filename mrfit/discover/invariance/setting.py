@@ -74,8 +74,7 @@ class RegressionData:
         if every == 1:
             return own
         count = len(own) // every
-        means: Array = own[: count * every].reshape(count, every, *own.shape[1:]).mean(axis=1)
-        return means
+        return own[: count * every].reshape(count, every, *own.shape[1:]).mean(axis=1)
 
     def control(self, at: int, state: State) -> Array:
         """Return the current (L + N,) that the law of one record sees."""
@@ -138,8 +137,7 @@ def _row(record: Record) -> int:
 
 def _targets(record: Record, every: int) -> Array:
     count = len(record.output) // every
-    means: Array = record.output[: count * every].reshape(count, every).mean(axis=1)
-    return means
+    return record.output[: count * every].reshape(count, every).mean(axis=1)
 
 
 def _groups(records: Sequence[Record], rows: Sequence[int], policy: Policy) -> tuple[Index, ...]:

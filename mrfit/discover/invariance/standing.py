@@ -57,8 +57,7 @@ def halves(made: GramTable, level: int, offset: bool | None = None) -> Array:
     best, without = made.steps(level, offset), made.jackknife(level, offset)[0]
     others = adequate(made, level, offset) or [k for k in (TIME, FULL) if k != level][:1]
     spread = np.max(np.abs([made.steps(k, offset) - best for k in others]), axis=0)
-    wide: Array = student.ppf(STANDARD.quantile, len(without) - 1) * np.hypot(scatter(without), spread)
-    return wide
+    return student.ppf(STANDARD.quantile, len(without) - 1) * np.hypot(scatter(without), spread)
 
 
 def typical_gain(before: Array, after: Array) -> float:
@@ -73,8 +72,7 @@ def typical_gain(before: Array, after: Array) -> float:
 def scatter(without: Array) -> Array:
     """Return the jackknife's standard error of estimates (G, E), each with one group left out."""
     count = len(without)
-    error: Array = np.sqrt((count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
-    return error
+    return np.sqrt((count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
 
 
 def _parameters(

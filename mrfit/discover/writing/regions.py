@@ -128,8 +128,7 @@ def _near_reversal(rate: Array, dt: float, frequency: float) -> Mask:
     marks = np.zeros(len(rate) + 1)
     np.add.at(marks, np.maximum(turns - reach, 0), 1.0)
     np.add.at(marks, np.minimum(turns + reach + 1, len(rate)), -1.0)
-    near: Mask = np.cumsum(marks)[:-1] > 0
-    return near
+    return np.cumsum(marks)[:-1] > 0
 
 
 def _after_steps(current: Array, dt: float, top: float) -> tuple[Mask, Mask]:

@@ -71,15 +71,13 @@ def _values(stretch: Stretch, name: str) -> Array:
 
 def _on_curve(values: Array, peak: float) -> Index:
     """Return the bin of each sample by the channel's value."""
-    place: Index = np.clip(
+    return np.clip(
         ((values / max(peak, 1e-300) + 1.0) * 0.5 * STANDARD.shape_bins).astype(np.int64), 0, STANDARD.shape_bins - 1
     )
-    return place
 
 
 def _rising(values: Array) -> Index:
-    rising: Index = (np.gradient(values) > 0.0).astype(np.int64)
-    return rising
+    return (np.gradient(values) > 0.0).astype(np.int64)
 
 
 def _on_loop(values: Array, peak: float) -> Index:
@@ -95,8 +93,7 @@ def _since_turn(values: Array, peak: float) -> Index:
     place = np.clip(
         (np.sqrt(way) * STANDARD.shape_bins).astype(np.int64), 0, STANDARD.shape_bins - 1
     )  # finer where it has just turned
-    at: Index = place + STANDARD.shape_bins * rising
-    return at
+    return place + STANDARD.shape_bins * rising
 
 
 SHAPES: dict[str, Callable[[Array, float], Index]] = {
@@ -109,5 +106,4 @@ SHAPES: dict[str, Callable[[Array, float], Index]] = {
 def _means(places: Sequence[Index], errors: Sequence[Array]) -> Array:
     at, error = np.concatenate(places), np.concatenate(errors)
     counts = np.bincount(at, minlength=2 * STANDARD.shape_bins)
-    means: Array = np.bincount(at, error, 2 * STANDARD.shape_bins) / np.maximum(counts, 1)
-    return means
+    return np.bincount(at, error, 2 * STANDARD.shape_bins) / np.maximum(counts, 1)

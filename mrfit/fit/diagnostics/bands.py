@@ -58,8 +58,7 @@ def bands(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty
         current = np.concatenate(pieces)
 
         def plain(points: Array, k: int = k, current: Array = current) -> Array:
-            values: Array = at_current(spec, dependence, cube.to_theta(points)[:, :nodal], current)[:, k]
-            return values
+            return at_current(spec, dependence, cube.to_theta(points)[:, :nodal], current)[:, k]
 
         # as the interval of its value at a node, whose cube may be logarithmic
         log = param.scale == "log" and bool(np.all(plain(point[None, :]) > 0.0))

@@ -115,8 +115,7 @@ def resampled(series: Array, period: float, rng: np.random.Generator) -> Array:
     if power <= chance:
         return drawn
     scale = math.sqrt((1.0 - chance / power) * mirror_factor(repeated))
-    total: Array = drawn + scale * _drawn(repeated, rng)[bins]
-    return total
+    return drawn + scale * _drawn(repeated, rng)[bins]
 
 
 def _drawn(series: Array, rng: np.random.Generator) -> Array:

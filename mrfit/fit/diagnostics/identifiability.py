@@ -116,8 +116,7 @@ def _pivots(null: Array) -> Index:
 
     if not null.shape[1]:
         return np.empty(0, dtype=np.int64)
-    order: Index = qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]].astype(np.int64)
-    return order
+    return qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]].astype(np.int64)
 
 
 def _summary(params: Sequence[Param], open_names: Sequence[str], uncertainty: Uncertainty) -> str:

@@ -125,8 +125,7 @@ def _weighted_draws(density: PosteriorDensity, widths: Array, least: float, rng:
     weights = np.exp(logarithms - logarithms.max())
     if weights.sum() ** 2 < EFFECTIVE_DRAWS * np.sum(weights**2):
         return None
-    chosen: Array = points[rng.choice(PROPOSALS, PROPOSALS, p=weights / weights.sum())]
-    return chosen
+    return points[rng.choice(PROPOSALS, PROPOSALS, p=weights / weights.sum())]
 
 
 def _ensemble_draws(density: PosteriorDensity, widths: Array, least: float, rng: np.random.Generator) -> Array:

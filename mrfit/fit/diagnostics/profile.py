@@ -90,8 +90,7 @@ def variance_factors(uncertainty: Uncertainty, linearised: Linearisation) -> Arr
     variances = (kept**2) @ white
     open_share = np.sum(uncertainty.null**2, axis=1)
     known = (variances > 0.0) & (open_share < 1e-3) & (np.diag(uncertainty.covariance) > 0.0)
-    factors: Array = np.where(known, np.diag(uncertainty.covariance) / np.where(variances > 0.0, variances, 1.0), usual)
-    return factors
+    return np.where(known, np.diag(uncertainty.covariance) / np.where(variances > 0.0, variances, 1.0), usual)
 
 
 def residual_power(uncertainty: Uncertainty, linearised: Linearisation) -> float:

@@ -102,14 +102,12 @@ class Uncertainty:
     def redundant(self) -> Mask:
         """Which of the open directions do not move the output at all, whatever the noise, shape (F,)."""
         largest = max(float(self.singular_values.max()), 1e-300)
-        redundant: Mask = self.open & (self.singular_values <= REDUNDANT * largest)
-        return redundant
+        return self.open & (self.singular_values <= REDUNDANT * largest)
 
     @property
     def null(self) -> Array:
         """The directions the data leave open, shape (F, U)."""
-        null: Array = self.directions[:, self.open]
-        return null
+        return self.directions[:, self.open]
 
     def half_width(self, gradient: Array) -> float:
         """Return the 95 % half-width of a quantity with gradient (F,), infinite where the data leave it open."""
@@ -252,8 +250,7 @@ def differing(series: Array, period: float) -> Array:
         return series
     bins = phase_bins(len(series), period)
     repeated = np.bincount(bins, series) / np.bincount(bins)
-    noise: Array = (series - repeated[bins]) * math.sqrt(cycles / (cycles - 1.0))
-    return noise
+    return (series - repeated[bins]) * math.sqrt(cycles / (cycles - 1.0))
 
 
 def phase_bins(samples: int, period: float) -> Index:
@@ -261,8 +258,7 @@ def phase_bins(samples: int, period: float) -> Index:
     count = min(int(period), FOLDED_BINS)
     # slightly later, so that rounding does not move the first sample of a bin to the one before
     bins = np.floor(np.arange(samples) * (count / period) + 1e-6).astype(np.int64) % count
-    used: Index = np.unique(bins, return_inverse=True)[1].reshape(-1)
-    return used
+    return np.unique(bins, return_inverse=True)[1].reshape(-1)
 
 
 def mirror_factor(repeated: Array) -> float:
@@ -308,8 +304,7 @@ def long_run_covariance(scores: Array, circular: bool = False) -> Array:
     weights[1:] *= 2.0
     if length % 2 == 0:
         weights[-1] /= 2.0
-    total: Array = np.real((spectrum.conj() * weights[:, None]).T @ spectrum) / length
-    return total
+    return np.real((spectrum.conj() * weights[:, None]).T @ spectrum) / length
 
 
 def bandwidth(scores: Array) -> float:
@@ -329,8 +324,7 @@ def _quadratic_spectral(x: Array) -> Array:
     """Return 25/(12π²x²)·(sin y/y − cos y) with y = 6πx/5, 1 at x = 0 (Andrews 1991, eq. 2.7)."""
     far = np.maximum(x, 1e-3)
     y = 1.2 * np.pi * far
-    kernel: Array = np.where(x < 1e-3, 1.0, 25.0 / (12.0 * np.pi**2 * far**2) * (np.sin(y) / y - np.cos(y)))
-    return kernel
+    return np.where(x < 1e-3, 1.0, 25.0 / (12.0 * np.pi**2 * far**2) * (np.sin(y) / y - np.cos(y)))
 
 
 def effective_samples(series: Array) -> float:

@@ -436,5 +436,4 @@ def _damped_step(jacobian: Array, rows: Array) -> Array:
     unit = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     scaled = curvature * unit[:, :, None] * unit[:, None, :]
     scaled[:, np.arange(scaled.shape[1]), np.arange(scaled.shape[1])] = 1.0 + DAMPING
-    steps: Array = -unit * np.linalg.solve(scaled, unit[:, :, None] * gradient)[:, :, 0]
-    return steps
+    return -unit * np.linalg.solve(scaled, unit[:, :, None] * gradient)[:, :, 0]

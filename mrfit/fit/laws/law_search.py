@@ -314,5 +314,4 @@ class LawSearch:
             left = squares * np.exp(deviances / self.tests.worth[judged])
             count = len(self.tests.currents)
             ratios = np.bincount(levels, left, count) / np.bincount(levels, squares, count)
-        errors: Array = np.sqrt(ratios)
-        return errors
+        return np.sqrt(ratios)
