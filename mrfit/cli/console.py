@@ -12,11 +12,12 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NoReturn, TextIO
 
 import typer
 
-from mrfit.core.progress import Progress, silent
+from mrfit.core.progress import Progress, on_compilation, silent
 from mrfit.errors import MrfitError
 from mrfit.io.bars import terminal_bars
 from mrfit.io.escapes import visible, visible_json
@@ -72,6 +73,15 @@ def note(text: str) -> None:
     from rich.console import Console
 
     Console(stderr=True, highlight=False, emoji=False).print(visible(text), markup=False, soft_wrap=True)
+
+
+_note_once = cache(note)
+
+
+def _note_compilation(what: str, done: int, total: int) -> None:
+    """Print once that kernels are compiled, before which a command may show nothing for a minute."""
+    if done < total and not VERBOSITY.quiet:
+        _note_once(what)
 
 
 def say(text: str) -> None:
@@ -229,7 +239,8 @@ def run(app: typer.Typer) -> NoReturn:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
     try:
-        code = app(standalone_mode=False) or 0
+        with on_compilation(_note_compilation):
+            code = app(standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
     except Exception as error:

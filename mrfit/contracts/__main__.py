@@ -17,7 +17,6 @@ from mrfit.contracts.check import Check, applying, broken
 from mrfit.core import plugins, registry, temporary
 from mrfit.core.built_in import Kind
 from mrfit.errors import DataError
-from mrfit.kernels.jit import is_cold
 
 _CHECKS: dict[str, Sequence[Check[Any]]] = {
     "model": models.CHECKS,
@@ -36,8 +35,6 @@ def contracts(
     before = {(p.kind, p.name) for p in plugins.of_files()}
     for file in files:
         plugins.use(file)
-    if is_cold():
-        console.note("compiling the kernels, this once")
     wrong = 0
     for plugin in plugins.of_files():
         if (plugin.kind, plugin.name) in before:

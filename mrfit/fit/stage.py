@@ -304,9 +304,7 @@ class _Runner:
         groups, jobs, pieces = list(self.prepared.groups.items()), self.settings.jobs, []
         if is_cold():
             # processes side by side would each compile what the first fit compiles for all
-            self.progress("compiling the kernels, this once", 0, 1)
             pieces.append(self._fit(*groups.pop(0)))
-            self.progress("compiling the kernels, this once", 1, 1)
         apart = is_apart()
         shares = [self._share(name, segments, apart) for name, segments in groups]
         for share, piece in zip(shares, spread(_fit_share, shares, jobs, self.progress), strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from mrfit.core.progress import Progress, silent
+from mrfit.core.progress import Progress, on_compilation, silent
 from mrfit.io.escapes import visible
 
 BAR_PATIENCE = 0.5
@@ -22,6 +22,12 @@ Heard = Progress | bool
 @contextmanager
 def shown(progress: Heard = True) -> Iterator[Progress]:
     """Give a progress listener: the function given, or a bar that is gone at the end; silent where nobody sees it."""
+    with _listener(progress) as listen, on_compilation(listen):
+        yield listen
+
+
+@contextmanager
+def _listener(progress: Heard) -> Iterator[Progress]:
     if callable(progress):
         yield progress
     elif progress and (show := _notebook()):
@@ -54,9 +60,7 @@ def terminal_bars() -> Iterator[Progress]:
             task = what.split("  ")[0]
             if task not in tasks:
                 tasks[task] = bars.add_task(what, total=total)
-            bars.update(tasks[task], description=what, completed=done, total=total)
-            if done >= total:
-                bars.update(tasks[task], visible=False)
+            bars.update(tasks[task], description=what, completed=done, total=total, visible=done < total)
 
         yield listen
 

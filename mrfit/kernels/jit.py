@@ -21,6 +21,7 @@ from filelock import FileLock
 
 from mrfit.core import temporary
 from mrfit.core.current_folder import HiddenFileFinder
+from mrfit.core.progress import tell_compilation
 from mrfit.core.workers import interrupts_later
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -70,6 +71,7 @@ SETTINGS = ".numba_config.yaml"
 with HiddenFileFinder(SETTINGS):
     import numba  # the cache folder must be set before
 from numba.core import config, event  # noqa: E402
+from numba.core.caching import NullCache  # noqa: E402
 from numba.core.compiler_lock import global_compiler_lock  # noqa: E402
 
 config._config_fname = os.devnull
@@ -116,20 +118,38 @@ def _refusal(source: Any, target: Any) -> Callable[[Any, Any], None]:
 overload(_misfit)(_refusal)
 
 
-class _Brief(event.Listener):
-    """Puts ``_misfit`` in place of numba's own, whose text of both shapes takes each such kernel 2 s to compile."""
+class _Compilation(event.Listener):
+    """Hears of kernels that are compiled, not read from the cache.
+
+    It puts ``_misfit`` in place of numba's own, whose text of both shapes takes each such kernel 2 s to compile. It
+    tells of those that are kept on disk: each plug-in's are compiled by every command.
+    """
+
+    depth = 0
 
     def on_start(self, event: Any) -> None:
-        """Do so where a kernel is compiled, not read from the cache: the module that has it takes 0.1 s to import."""
+        """Tell of the outermost kernel; the module of numba's own takes 0.1 s to import."""
         from numba.np import arrayobj
 
         arrayobj.raise_with_shape_context = _misfit
+        if _is_kept(event.data["dispatcher"]):
+            if not self.depth:
+                tell_compilation(0)
+            self.depth += 1
 
     def on_end(self, event: Any) -> None:
-        """Do nothing."""
+        """Tell of the end of the outermost kernel."""
+        if _is_kept(event.data["dispatcher"]):
+            self.depth -= 1
+            if not self.depth:
+                tell_compilation(1)
 
 
-event.register("numba:compile", _Brief())  # type: ignore[no-untyped-call]
+def _is_kept(dispatcher: Any) -> bool:
+    return not isinstance(dispatcher._cache, NullCache)
+
+
+event.register("numba:compile", _Compilation())  # type: ignore[no-untyped-call]
 
 
 # Seconds that a process waits for another to compile a kernel

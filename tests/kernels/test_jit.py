@@ -136,14 +136,57 @@ print(twice(1.0))
 """
 
 
-def test_an_interrupt_during_compilation_is_kept_until_its_end(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(INTERRUPTED)
-    environment = {**os.environ, "MRFIT_CACHE": str(tmp_path)}
+def run_with_cache(folder: Path, script: str) -> "subprocess.CompletedProcess[str]":
+    """Run a script whose kernels are cached in a folder."""
+    file = folder / "script.py"
+    # the cache forgets what it has of a file that is written again
+    if not file.exists():
+        file.write_text(script)
+    environment = {**os.environ, "MRFIT_CACHE": str(folder)}
     environment.pop("NUMBA_CACHE_DIR", None)
-    ran = subprocess.run(
-        [sys.executable, str(tmp_path / "script.py")], capture_output=True, text=True, env=environment, timeout=120
-    )
+    command = [sys.executable, str(folder / "script.py")]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+
+
+def test_an_interrupt_during_compilation_is_kept_until_its_end(tmp_path: Path) -> None:
+    ran = run_with_cache(tmp_path, INTERRUPTED)
     assert ran.stdout.split() == ["kept", "2.0"], ran.stderr
+
+
+COMMAND = """
+import typer
+from mrfit.cli import console
+from mrfit.kernels.jit import kernel
+
+app = typer.Typer()
+
+@kernel
+def twice(x):
+    return 2.0 * x
+
+@kernel
+def fourfold(x):
+    return twice(twice(x))
+
+def halved(x):
+    return 0.5 * x
+
+@app.command()
+def command():
+    kernel(halved, kept=False)(1.0)
+    console.note("of a plug-in")
+    fourfold(1.0)
+    twice(1)
+
+console.run(app)
+"""
+
+
+def test_a_command_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
+    said = ["of a plug-in", "compiling kernels, once after installation"]
+    assert run_with_cache(tmp_path, COMMAND).stderr.splitlines() == said
+    # now they are there; a plug-in's are compiled by every command
+    assert run_with_cache(tmp_path, COMMAND).stderr.splitlines() == said[:1]
 
 
 def assign(rows: np.ndarray, row: np.ndarray) -> None:
