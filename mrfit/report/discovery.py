@@ -203,6 +203,8 @@ def _law_words(found: DiscoveryFile) -> Section:
 
 
 def _candidates(found: DiscoveryFile) -> list[Section]:
+    if not found.candidates:
+        return []
     words = (
         "An effect that was refitted, jointly with everything else, takes the share of the squared error on held-out "
         "conditions that it took away when it was last tried. One that was screened could take that share of the "
@@ -216,13 +218,13 @@ def _candidates(found: DiscoveryFile) -> list[Section]:
     heads = ("effect", "what it is", "takes (%)", "judged", "accepted", "reason")
     accepted = [k for k, row in enumerate(found.candidates) if row.accepted]
     caption = "Every effect of the library and what became of it"
-    return [Section("Candidates", [words], [Table(caption, heads, rows, name="candidates", best=accepted)])] * bool(
-        rows
-    )
+    return [Section("Candidates", [words], [Table(caption, heads, rows, name="candidates", best=accepted)])]
 
 
 def _confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> list[Section]:
     """Return the cosines between what the effects judged do, as a lower triangle, and which were not judged."""
+    if not candidates:
+        return []
     table = cosines or Cosines(names=(), matrix=())
     names, matrix, alike = table.names, table.matrix, table.alike
     words, tables, rows = list[str](), list[Table](), []
@@ -242,7 +244,7 @@ def _confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> list
     points = [
         Markup("<strong>{}</strong>: {}").format(c.name, c.reason) for c in candidates if c.reason.startswith(UNJUDGED)
     ]
-    return [Section("What these data confuse", words, tables, points=points)] * bool(candidates)
+    return [Section("What these data confuse", words, tables, points=points)]
 
 
 def _marked(cosine: float, alike: float) -> str:
