@@ -58,14 +58,14 @@ CONTENT = "mrfit.content"
 
 def plain(value: object) -> Any:
     """Return ``value`` as JSON can hold it: documents as objects, arrays as lists, non-finite numbers as null."""
-    if isinstance(value, Entry):
-        return {name: plain(getattr(value, name)) for name in value.written()}
-    if is_dataclass(value) and not isinstance(value, type):
-        return plain(asdict(value))
     if isinstance(value, str):
         return encodable(value)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if isinstance(value, Entry):
+        return {name: plain(getattr(value, name)) for name in value.written()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
     if isinstance(value, Mapping):
         return {encodable(str(k)): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple, set)):

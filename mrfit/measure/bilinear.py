@@ -16,6 +16,7 @@ Source: bilinear idealisation of hysteretic dampers and isolators by whole cycle
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.polynomial.polynomial import polyvander
 from scipy.stats import linregress
 
 from mrfit.core.specs import Array
@@ -96,14 +97,12 @@ def _loading(cycles: Cycles, up: bool) -> tuple[PerCycle, PerCycle]:
 
 def _line(cycles: Cycles, up: bool, window: tuple[float, float]) -> tuple[PerCycle, PerCycle]:
     """Return value at mid-stroke and slope of straight lines of force over displacement, cycle by cycle."""
-    rows = []
-    for at, force in cycles.branches(up):
-        inside = np.flatnonzero((at >= window[0]) & (at <= window[1]))
-        if len(inside) < 3:
-            inside = np.argsort(np.abs(at - (window[0] + window[1]) / 2.0))[:3]
-        moved = cycles.moved(up, at[inside])
-        rows.append((np.stack([np.ones(len(moved)), moved], axis=1), force[inside]))
-    level, slope = cycles.regression(rows)
+    whole = cycles.branches(up)
+    inside = whole.there & (whole.at >= window[0]) & (whole.at <= window[1])
+    off = np.where(whole.there, np.abs(whole.at - (window[0] + window[1]) / 2.0), np.inf)
+    nearest = off <= np.sort(off, axis=1)[:, :3][:, -1:]
+    near = whole.within(np.where(np.sum(inside, axis=1, keepdims=True) < 3, nearest, inside))
+    level, slope = cycles.fit(near, polyvander(cycles.moved(up, near.at), 1))
     return level, slope
 
 

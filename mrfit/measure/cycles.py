@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from numpy.polynomial.polynomial import polyvander
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline, InterpolatedUnivariateSpline
 from scipy.special import chdtrc, fdtrc
 
 from mrfit.core.recording import Recording, Segment
@@ -76,16 +78,15 @@ class BranchMean:
         found = np.interp(places, self.at, self.force)
         ends = np.array([window.ends for window in windows])
         inside = (self.at >= ends[:, :1]) & (self.at <= ends[:, 1:])
+        degrees, tapered = (np.array([getattr(w, name) for w in windows]) for name in ("degree", "tapered"))
         about = np.where(inside, self.at - places[:, None], 0.0)
         about /= np.maximum(np.max(np.abs(about), axis=1, keepdims=True), SMALLEST_SPAN)
-        degrees, tapered = (np.array([getattr(w, name) for w in windows]) for name in ("degree", "tapered"))
         for degree in np.unique(degrees):
             rows = np.flatnonzero((degrees == degree) & (inside.sum(axis=1) > degree))
             weighted = inside[rows] * self.counts * np.where(tapered[rows, None], _taper(about[rows]) ** 2, 1.0)
-            moments = [np.sum(weighted * about[rows] ** k, axis=1) for k in range(2 * degree + 1)]
-            level = [np.sum(weighted * about[rows] ** k * self.force, axis=1) for k in range(degree + 1)]
-            square = np.stack([np.stack(moments[k : k + degree + 1], axis=1) for k in range(degree + 1)], axis=1)
-            found[rows] = np.linalg.solve(square, np.stack(level, axis=1)[:, :, None])[:, 0, 0]
+            basis = polyvander(about[rows], degree)
+            normal = np.swapaxes(basis * weighted[:, :, None], 1, 2)
+            found[rows] = np.linalg.solve(normal @ basis, normal @ self.force[:, None])[:, 0, 0]
         return found
 
     def followed(self, window: Window, noise: float) -> bool:
@@ -97,6 +98,23 @@ class BranchMean:
         at, force, roots = self.at[inside], self.force[inside], np.sqrt(self.counts[inside])
         left = (np.polynomial.Polynomial.fit(at, force, window.degree, w=roots)(at) - force) * roots
         return float(chdtrc(freedom, float(left @ left) / noise**2)) > COMMON_CHANCE if noise > 0.0 else not left.any()
+
+
+@dataclass(frozen=True, eq=False)
+class CycleSamples:
+    """Place and force in N of the samples of every cycle, a row each (N, S); where not ``there``, both are zero."""
+
+    at: Array
+    force: Array
+    there: NDArray[np.bool_]
+
+    def within(self, inside: NDArray[np.bool_]) -> "CycleSamples":
+        """Return the samples of some places (N, S)."""
+        inside = inside & self.there
+        columns = np.flatnonzero(inside.any(axis=0))
+        some = slice(columns[0], columns[-1] + 1) if len(columns) else slice(0)
+        inside = inside[:, some]
+        return CycleSamples(inside * self.at[:, some], inside * self.force[:, some], inside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,26 +233,27 @@ class Cycles:
             np.interp(displacement, moved, BRANCH_GRID) if up else np.interp(-displacement, -moved, BRANCH_GRID)
         )
 
-    def samples(self, up: bool) -> list[slice]:
+    def branches(self, up: bool) -> CycleSamples:
         """Return the samples of every branch; one at a reversal belongs to none."""
+        return self._branches[up]
+
+    @cached_property
+    def _branches(self) -> dict[bool, CycleSamples]:
+        found = {}
+        for up in (True, False):
+            begin, end = self.branch_times(up)
+            number, there = self._numbers(up)
+            at = (self.time[number] - begin[:, None]) / (end - begin)[:, None]
+            found[up] = CycleSamples(there * at, there * self.force[number], there)
+        return found
+
+    def _numbers(self, up: bool) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Return the numbers of the samples of every branch (N, S), and which of them are there."""
         begin, end = self.branch_times(up)
         edge = AT_REVERSAL * self.dt
         first, last = np.searchsorted(self.time, begin + edge), np.searchsorted(self.time, end - edge)
-        return [slice(int(a), int(b)) for a, b in zip(first, last, strict=True)]
-
-    def branches(self, up: bool) -> list[tuple[Array, Array]]:
-        """Return place and force (S,) of the samples of every branch."""
-        return self._placed[up]
-
-    @cached_property
-    def _placed(self) -> dict[bool, list[tuple[Array, Array]]]:
-        return {
-            up: [
-                ((self.time[s] - begin) / (end - begin), self.force[s])
-                for s, begin, end in zip(self.samples(up), *self.branch_times(up), strict=True)
-            ]
-            for up in (True, False)
-        }
+        number = first[:, None] + np.arange(int(np.max(last - first)))
+        return np.minimum(number, len(self.time) - 1), number < last[:, None]
 
     def moved(self, up: bool, at: Array) -> Array:
         """Return the displacement in m from the middle of the stroke at places (S,) of a branch."""
@@ -244,26 +263,27 @@ class Cycles:
         """Return the velocity in m/s at places (S,) of a branch."""
         return np.interp(at, BRANCH_GRID, self.table[up][1])
 
-    def regression(self, rows: Sequence[tuple[Array, Array]]) -> list[PerCycle]:
-        """Return the coefficients of least squares of every cycle, from its functions (S, P) and forces (S,)."""
-        values, powers, _ = _least_squares(rows)
-        return [PerCycle(*one) for one in zip(values.T, self.noise**2 * powers.T, strict=True)]
-
-    def local_fit(self, places: Sequence[Array], rows: Sequence[tuple[Array, Array]], worse: float) -> PerCycle:
-        """Return the first coefficient of least squares of every cycle, with a bound of what all of them share.
+    def fit(self, samples: CycleSamples, basis: Array, worse: float = 0.0) -> list[PerCycle]:
+        """Return the coefficients of least squares of every cycle.
 
         Parameters
         ----------
-        places
-            Of the samples of every cycle (S,).
-        rows
-            Functions at these places (S, P) and forces (S,) of every cycle.
+        samples
+            Of every cycle (N, S).
+        basis
+            Functions at these (N, S, P); the first is the level of the force.
         worse
-            Error of the fit over the RMS of what repeats in its residuals.
+            Bound of the first coefficient's error that all cycles share, over the RMS of what repeats in residuals.
         """
-        values, powers, left = _least_squares(rows)
-        shared = worse * _common_rms(np.concatenate(places), left, values.shape[1])
-        return PerCycle(values[:, 0], self.noise**2 * powers[:, 0], shared, self.zero)
+        basis = basis * samples.there[:, :, None]
+        inverse = np.linalg.pinv(basis)
+        values = np.einsum("nps,ns->pn", inverse, samples.force)
+        left = samples.force - np.einsum("nsp,pn->ns", basis, values)
+        inside = samples.there
+        shared = worse * _common_rms(samples.at[inside], left[inside], len(values)) if worse else 0.0
+        noise = self.noise**2 * np.sum(inverse**2, axis=2).T
+        level, *others = (PerCycle(*one) for one in zip(values, noise, strict=True))
+        return [replace(level, shared=shared, zero=self.zero), *others]
 
     def window(self, place: float, half: float) -> Window:
         """Return the window about a place that has enough samples, within the branch."""
@@ -293,22 +313,30 @@ class Cycles:
     def fitted(self, up: bool, place: float, window: Window) -> PerCycle:
         """Return the value at a place of polynomials of the force over a window of every branch."""
         low, high = window.ends
-        places, rows = [], []
-        for at, force in self.branches(up):
-            ends = int(np.searchsorted(at, low, "left")), int(np.searchsorted(at, high, "right"))
-            # windows of few samples are widened by these
-            a, b = _widened(*ends, window.degree + 2, len(at))
-            at = at[a:b] - place
-            share = at / (float(np.max(np.abs(at))) or 1.0)
-            root = _taper(share) if window.tapered else np.ones(len(at))
-            places.append(at)
-            rows.append((np.vander(share, window.degree + 1, increasing=True) * root[:, None], force[a:b] * root))
-        return self.local_fit(places, rows, WORSE if low < place < high else WORSE_AT_END)
+        whole = self.branches(up)
+        at, count = np.where(whole.there, whole.at, np.inf), np.sum(whole.there, axis=1)
+        first, last = np.sum(at < low, axis=1), np.sum(at <= high, axis=1)
+        # windows of few samples are widened by these
+        while (few := last - first < np.minimum(window.degree + 2, count)).any():
+            first, last = np.maximum(first - few, 0), np.minimum(last + few, count)
+        number = np.arange(at.shape[1])
+        inside = (number >= first[:, None]) & (number < last[:, None])
+        near = whole.within(inside)
+        share = near.there * (near.at - place)
+        share = share / np.maximum(np.max(np.abs(share), axis=1, keepdims=True), SMALLEST_SPAN)
+        root = _taper(share) if window.tapered else np.ones(share.shape)
+        basis = polyvander(share, window.degree) * root[:, :, None]
+        weighted = replace(near, force=near.force * root)
+        return self.fit(weighted, basis, WORSE if low < place < high else WORSE_AT_END)[0]
 
-    def about_reversal(self, greatest: bool) -> list[tuple[Array, Array]]:
-        """Return place, below 0 before the greatest or least displacement, and force (S,) of every cycle."""
-        pairs = zip(self.branches(greatest), self.branches(not greatest), strict=True)
-        return [(np.concatenate([a - 1.0, b]), np.concatenate([f, g])) for (a, f), (b, g) in pairs]
+    def about_reversal(self, greatest: bool) -> CycleSamples:
+        """Return the samples of every cycle about its greatest or least displacement; place is below 0 before it."""
+        before, after = self.branches(greatest), self.branches(not greatest)
+        at = np.concatenate([before.there * (before.at - 1.0), after.at], axis=1)
+        there, force = (
+            np.concatenate([getattr(one, n) for one in (before, after)], axis=1) for n in ("there", "force")
+        )
+        return CycleSamples(at, force, there)
 
     def at_reversal(self, greatest: bool) -> PerCycle:
         """Return the force in N at the greatest or the least displacement: the mean of its limits before and after.
@@ -321,9 +349,8 @@ class Cycles:
         cycles = self.about_reversal(greatest)
 
         def fit(reach: float, terms: int) -> PerCycle:
-            near = [(at[inside], force[inside]) for at, force in cycles for inside in (np.abs(at) <= reach,)]
-            rows = [(_even_and_odd(at / reach)[:, :terms], force) for at, force in near]
-            return self.local_fit([at for at, _ in near], rows, WORSE_AT_END)
+            near = cycles.within(np.abs(cycles.at) <= reach)
+            return self.fit(near, _even_and_odd(near.at / reach)[:, :, :terms], WORSE_AT_END)[0]
 
         found = fit(width, 7)
         if self.per_cycle >= CORNER_SAMPLES:
@@ -341,28 +368,30 @@ class Cycles:
 
     def _work(self, up: bool) -> PerCycle:
         begin, end = self.branch_times(up)
-        values, noise, thin = np.empty(self.count), np.empty(self.count), np.empty((2, self.count))
-        for k, samples in enumerate(self.samples(up)):
-            time, force = np.concatenate([[begin[k]], self.time[samples], [end[k]]]), self.force[samples]
-            parts, rate = np.diff(time) / 2.0, self.motion(time, 1)
-            weights = (parts[1:] + parts[:-1]) * rate[1:-1]
-            values[k] = thin[:, k] = float(weights @ force)
-            if self.per_cycle < SPLINE_SAMPLES:
-                # of a noisy motion the velocity at a reversal need not be zero
-                power = rate * np.concatenate([force[:1], force, force[-1:]])
-                values[k] = _integral(time, power)
-                halves = (np.r_[0, first : len(time) - 1 : 2, len(time) - 1] for first in (1, 2))
-                thin[:, k] = [_integral(time[half], power[half]) for half in halves]
-            noise[k] = self.noise**2 * float(weights @ weights)
+        number, there = self._numbers(up)
+        force = self.branches(up).force
+        # beyond the last sample of a branch the time stands still at its end
+        inner = np.where(there, self.time[number], end[:, None])
+        time = np.concatenate([begin[:, None], inner, end[:, None]], axis=1)
+        parts, rate = np.diff(time, axis=1) / 2.0, self.motion(time, 1)
+        weights = there * (parts[:, 1:] + parts[:, :-1]) * rate[:, 1:-1]
+        values = np.sum(weights * force, axis=1)
+        thin = np.tile(values, (2, 1))
+        for k, count in enumerate(np.sum(there, axis=1) if self.per_cycle < SPLINE_SAMPLES else ()):
+            # of a noisy motion the velocity at a reversal need not be zero
+            power = rate[k, : count + 2] * force[k, np.clip(np.arange(-1, count + 1), 0, count - 1)]
+            values[k] = _integral(time[k, : count + 2], power)
+            halves = (np.r_[0, first : count + 1 : 2, count + 1] for first in (1, 2))
+            thin[:, k] = [_integral(time[k, half], power[half]) for half in halves]
+        noise = self.noise**2 * np.sum(weights**2, axis=1)
         # corners between samples lie at places that are alike in every cycle: half of the samples show their error
         return PerCycle(values, noise, float(np.max(np.abs(np.mean(values - thin, axis=1)))))
 
     def placed(self, up: bool, every: slice = slice(None)) -> tuple[Array, Array, Array]:
         """Return cycle, place and force (S,) of the samples of the branches of some cycles."""
-        chosen = list(enumerate(self.branches(up)))[every]
-        which = np.concatenate([np.full(len(at), k) for k, (at, _) in chosen])
-        at, force = (np.concatenate(column) for column in zip(*(one for _, one in chosen), strict=True))
-        return which, at, force
+        whole = self.branches(up)
+        there = whole.there[every]
+        return np.arange(self.count)[every][np.nonzero(there)[0]], whole.at[every][there], whole.force[every][there]
 
     def pooled(self, up: bool, every: slice = slice(None)) -> BranchMean:
         """Return force over place of the branches of some cycles together."""
@@ -382,13 +411,9 @@ class Cycles:
 
 
 def _integral(time: Array, power: Array) -> float:
-    return float(CubicSpline(time, power).integrate(time[0], time[-1]))
-
-
-def _widened(first: int, last: int, fewest: int, samples: int) -> tuple[int, int]:
-    while last - first < min(fewest, samples):
-        first, last = max(first - 1, 0), min(last + 1, samples)
-    return first, last
+    """Return the integral of the cubic spline through points (S,)."""
+    spline = InterpolatedUnivariateSpline(time, power, k=min(3, len(time) - 1))
+    return float(spline.integral(time[0], time[-1]))
 
 
 def _taper(share: Array) -> Array:
@@ -397,23 +422,9 @@ def _taper(share: Array) -> Array:
 
 
 def _even_and_odd(at: Array) -> Array:
-    """Return 1, s², sgn s, s, s·|s|, |s| and sgn s·√|s| of times s about a reversal, (S, 7)."""
+    """Return 1, s², sgn s, s, s·|s|, |s| and sgn s·√|s| of times s about a reversal, (N, S, 7)."""
     size, sign = np.abs(at), np.sign(at)
-    return np.stack([np.ones(len(at)), at**2, sign, at, at * size, size, sign * np.sqrt(size)], axis=1)
-
-
-def _least_squares(rows: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
-    """Return coefficients (N, P), sums of their squared weights (N, P), and the residuals of all rows together."""
-    samples = [len(force) for _, force in rows]
-    bases = np.zeros((len(rows), max(samples), rows[0][0].shape[1]))
-    forces = np.zeros(bases.shape[:2])
-    # rows of zeros beyond the last sample of a cycle change nothing
-    for k, (basis, force) in enumerate(rows):
-        bases[k, : len(force)], forces[k, : len(force)] = basis, force
-    inverse = np.linalg.pinv(bases)
-    values = np.einsum("nps,ns->np", inverse, forces)
-    left = forces - np.einsum("nsp,np->ns", bases, values)
-    return values, np.sum(inverse**2, axis=2), left[np.arange(left.shape[1]) < np.array(samples)[:, None]]
+    return np.stack([np.ones(at.shape), at**2, sign, at, at * size, size, sign * np.sqrt(size)], axis=2)
 
 
 def _common_rms(at: Array, left: Array, terms: int) -> float:

@@ -11,6 +11,7 @@ The place of the largest ripple is chosen by other cycles than those whose rippl
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyvander
 
 from mrfit.core.specs import Array
 from mrfit.measure.cycles import BRANCH_GRID, WORSE, Cycles, Window
@@ -118,14 +119,11 @@ def _velocities(cycles: Cycles, up: bool, place: float) -> PerCycle:
     """
     half = max(0.02, 3.0 * 2.0 / cycles.per_cycle)
     here = cycles.velocity(not up if place < 0.0 else up, np.array([place + (place < 0.0)]))
-    places, rows = [], []
-    for at, force in cycles.about_reversal(not up):
-        near = np.abs(at - place) <= half
-        speeds = np.where(at < 0.0, cycles.velocity(not up, at + 1.0), cycles.velocity(up, at))[near] - here
-        rows.append((np.stack([np.ones(len(speeds)), speeds, speeds**2], axis=1), force[near]))
-        places.append(at[near])
-    slope = float(cycles.regression(rows)[1].values.mean())
-    level = cycles.local_fit(places, rows, WORSE)
+    whole = cycles.about_reversal(not up)
+    near = whole.within(np.abs(whole.at - place) <= half)
+    speeds = np.where(near.at < 0.0, cycles.velocity(not up, near.at + 1.0), cycles.velocity(up, near.at)) - here
+    level, slopes, _ = cycles.fit(near, polyvander(speeds, 2), WORSE)
+    slope = float(slopes.values.mean())
     speeds = (here - level.values / slope) * cycles.gains.values
     return PerCycle(speeds, level.noise / slope**2, level.shared / abs(slope), -level.zero / slope)
 

@@ -7,8 +7,6 @@ F_gas gas force (N) at the middle d_m of the stroke, k gas rate (N/m), F_f frict
 Source: quasi-static test, as ``mrfit.measure.quasi_static``.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from mrfit.measure.cycles import Cycles
@@ -24,16 +22,13 @@ def quantities(cycles: Cycles, slow: float) -> list[Quantity]:
         return without(
             SLOW_QUANTITIES, f"no slow test: {1e3 * cycles.peak_velocity:.3g} mm/s, above {1e3 * slow:g} mm/s"
         )
-    rows = []
-    for pair in zip(cycles.branches(True), cycles.branches(False), strict=True):
-        parts, forces = [], []
-        for up, (at, force) in zip((True, False), pair, strict=True):
-            moved = cycles.moved(up, at)
-            inside = np.abs(moved) <= MIDDLE_PART * cycles.stroke / 2.0
-            sign = np.full(int(inside.sum()), 1.0 if up else -1.0)
-            parts.append(np.stack([sign, np.ones(len(sign)), moved[inside]], axis=1))
-            forces.append(force[inside])
-        rows.append((np.concatenate(parts), np.concatenate(forces)))
-    friction, gas, rate = cycles.regression(rows)
-    found = (friction, replace(gas, zero=cycles.zero), rate)
-    return [Quantity(n, cycles.estimate(lambda x: x, one)) for n, one in zip(SLOW_QUANTITIES, found, strict=True)]
+    whole = cycles.about_reversal(True)
+    moved = np.where(whole.at < 0.0, cycles.moved(True, whole.at + 1.0), cycles.moved(False, whole.at))
+    near = whole.within(np.abs(moved) <= MIDDLE_PART * cycles.stroke / 2.0)
+    up = near.at < 0.0
+    moved = np.where(up, cycles.moved(True, near.at + 1.0), cycles.moved(False, near.at))
+    gas, friction, rate = cycles.fit(near, np.stack([np.ones(up.shape), np.where(up, 1.0, -1.0), moved], axis=2))
+    return [
+        Quantity(n, cycles.estimate(lambda x: x, one))
+        for n, one in zip(SLOW_QUANTITIES, (friction, gas, rate), strict=True)
+    ]
