@@ -17,7 +17,7 @@ from tests.measure.rigs import cycles, known, of_rig, quantities
 
 HEAD = """# Test sheet
 
-`python -m benchmarks.sheet_coverage > docs/benchmarks/sheet.md`
+`python -m benchmarks.sheet_coverage --seed 8300000 --units 1000 > docs/benchmarks/sheet.md`
 
 Five closed-form dampers by four pairs of frequency and rate (0.5 Hz at 200 /s to 10 Hz at 5 000 /s), 125 bilinear ones
 and 32 of each other kind, a third of these also at 20 and 40 samples a cycle; noise of 0.1 to 1 % of force and stroke;

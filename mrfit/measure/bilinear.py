@@ -17,13 +17,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.polynomial.polynomial import polyvander
-from scipy.stats import linregress
 
 from mrfit.core.specs import Array
 from mrfit.measure.cycles import Cycles
 from mrfit.measure.energy import work_of
 from mrfit.measure.forces import Forces
-from mrfit.measure.intervals import PerCycle, known
+from mrfit.measure.intervals import PerCycle, known, line_of
 from mrfit.measure.quantity import Quantity, without
 
 UNLOADING = ("K_0", "K_p", "F_y", "d_y")
@@ -35,7 +34,6 @@ LOADING_PART = 0.25
 AREA_TOLERANCE = 0.05
 """Difference in energy of a loop from its bilinear idealisation, as a share, above which it is not bilinear."""
 FEWEST_PEAKS = 3
-NORMAL_95 = 1.96
 
 
 def quantities(cycles: Cycles, forces: Forces) -> list[Quantity]:
@@ -125,21 +123,17 @@ def by_peaks(displacement: Array, force: Array, turns: Sequence[int]) -> list[Qu
     stop = int(beyond[0]) if len(beyond) else len(x)
     if stop < 4 or np.ptp(x[:stop]) == 0.0:
         return without(PEAKS, "too few samples of the initial loading")
-    k_0, k_0_error = _line_through(x[:stop], f[:stop])
     grown = moved >= 0.5 * moved.max()
     if int(grown.sum()) < FEWEST_PEAKS:
         grown = np.argsort(moved)[-FEWEST_PEAKS:]
-    k_p, k_p_error = _line_through(moved[grown], peaks[grown])
+    first, through = line_of(f[:stop], x[:stop]), line_of(peaks[grown], moved[grown])
+    assert first and through
+    k_0, k_p = first.slope.value, through.slope.value
     q = float(np.mean(peaks[grown]) - k_p * np.mean(moved[grown]))
     if not k_0 > max(k_p, 0.0) or q <= 0.0:
         return without(PEAKS, "the peaks do not lie on a line flatter than the initial loading")
     d_y = q / (k_0 - k_p)
     # no interval of yield is known from one loading
-    values = ((k_0, k_0_error), (k_p, k_p_error), (k_0 * d_y, np.inf), (d_y, np.inf))
-    return [Quantity(n, known(v, v - half, v + half)) for n, (v, half) in zip(PEAKS, values, strict=True)]
-
-
-def _line_through(across: Array, up: Array) -> tuple[float, float]:
-    """Return the slope of a line of least squares with half of its interval."""
-    line = linregress(across, up)
-    return float(line.slope), NORMAL_95 * float(line.stderr)
+    unknown = ((value, -np.inf, np.inf) for value in (k_0 * d_y, d_y))
+    slopes = ((one.slope.value, one.slope.low, one.slope.high) for one in (first, through))
+    return [Quantity(n, known(*v)) for n, v in zip(PEAKS, (*slopes, *unknown), strict=True)]

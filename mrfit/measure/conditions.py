@@ -11,12 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
-from scipy.stats import t as student
+from scipy.special import chdtrc
 
 from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
-from mrfit.measure.intervals import CONFIDENCE, Estimate, known
+from mrfit.measure.intervals import Estimate, known, student_quantile
 from mrfit.measure.quantity import Quantity, without
 
 LAW_SPEEDS = 3
@@ -40,7 +39,7 @@ class ConditionForce:
     @property
     def error(self) -> float:
         """Standard error."""
-        return self.estimate.error / float(student.ppf(0.5 + CONFIDENCE / 2.0, max(self.estimate.freedom, 1.0)))
+        return self.estimate.error / student_quantile(self.estimate.freedom)
 
 
 def power_law(levels: Sequence[ConditionForce], sign: str) -> list[Quantity]:
@@ -59,9 +58,9 @@ def power_law(levels: Sequence[ConditionForce], sign: str) -> list[Quantity]:
     left = force / errors - basis @ np.array([level, alpha])
     excess, freedom = float(left @ left), len(speeds) - 2
     total = float(sum(one.estimate.freedom for one in opposing))
-    if freedom and float(chi2.sf(excess, freedom)) < BEYOND_CHANCE:
+    if freedom and float(chdtrc(freedom, excess)) < BEYOND_CHANCE:
         covariance, total = covariance * excess / freedom, float(freedom)
-    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, total)) * np.sqrt(np.diag(covariance))
+    half = student_quantile(total) * np.sqrt(np.diag(covariance))
     c = np.exp([level, level - half[0], level + half[0]])
     return [
         Quantity(names[0], known(float(c[0]), float(c[1]), float(c[2]), total)),
@@ -150,5 +149,5 @@ def _ratio(over: tuple[Estimate, float], under: tuple[Estimate, float]) -> Estim
     value = abs(a.value) / abs(b.value)
     error = value * float(np.hypot(a_error / a.value, b_error / b.value))
     freedom = a.freedom + b.freedom
-    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * error
+    half = student_quantile(freedom) * error
     return known(value, value - half, value + half, freedom)

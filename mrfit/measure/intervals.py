@@ -179,6 +179,11 @@ def of_values(values: Array) -> Estimate:
     return estimate(lambda x: x, PerCycle(values, noise))
 
 
+def student_quantile(freedom: float) -> float:
+    """Return half of the 95 % interval of a value over its standard error."""
+    return float(stdtrit(max(freedom, 1.0), 0.5 + CONFIDENCE / 2.0))
+
+
 def _half_interval(error: float, freedom: float, bound: float) -> float:
     """Return half of the interval of a standard error and a bound of what is not random."""
     outer, inner = (float(stdtrit(freedom, p)) for p in (0.5 + CONFIDENCE / 2.0, CONFIDENCE))
@@ -225,24 +230,29 @@ def _pooled(scatter: float, freedom: float, noise: float) -> tuple[float, float]
 
 @dataclass(frozen=True)
 class Line:
-    """A line through values over their number: its slope, the variance about it, and the chance of such a slope."""
+    """A line through values over places: its slope, the variance about it, and the chance of such a slope."""
 
     slope: ConfidenceInterval
     variance: float
     chance: float
 
 
-def line_of(values: Array) -> Line | None:
-    """Return the line of least squares through values (N,) over their number; None of fewer than three."""
+def line_of(values: Array, at: Array | None = None) -> Line | None:
+    """Return the line of least squares through values (N,) over places, default their number; None of less than three.
+
+    ``at`` must not be the same place for all.
+    """
     count = len(values)
     if count < 3:
         return None
-    number, power = np.arange(count) - (count - 1) / 2.0, (count**3 - count) / 12.0
+    places = np.arange(count) if at is None else at
+    number = places - places.mean()
+    power = float(number @ number)
     slope = float(number @ values) / power
     left = values - values.mean() - slope * number
     variance = float(left @ left) / (count - 2)
     error = float(np.sqrt(variance / power))
-    half = float(stdtrit(count - 2, 0.5 + CONFIDENCE / 2.0)) * error
+    half = student_quantile(count - 2.0) * error
     chance = 2.0 * float(stdtr(count - 2, -abs(slope) / error)) if error > 0.0 else float(slope == 0.0)
     return Line(ConfidenceInterval(slope, slope - half, slope + half), variance, chance)
 

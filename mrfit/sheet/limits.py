@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from mrfit.errors import ConfigError, near
 from mrfit.ingest.meaning.units import compatible, known, to_unit
@@ -247,7 +247,7 @@ def _of_cycles(limits: LimitsFile, limit: Limit, unit: str, condition: str, row:
         return _undecided(limit, place, row.reason or "one cycle; two are needed")
     off = row.greatest_deviation * abs(row.value)
     # the greatest of all cycles
-    half = float(norm.ppf(1.0 - WRONG_VERDICT / len(row.cycles))) * row.noise
+    half = float(ndtri(1.0 - WRONG_VERDICT / len(row.cycles))) * row.noise
     width = _width(limit.cycle_tolerance, row.value)
     return _row(limit, place, (off, max(off - half, 0.0), off + half), (0.0, width), limits.guard)
 

@@ -15,27 +15,27 @@ CLEAR = 5.0
 PREFIXED = ("N", "m", "m/s", "s", "J", "N/m")
 
 
-def scaled(name: str, unit: str, largest: float) -> tuple[float, str]:
-    """Return the factor and unit in which a quantity is shown."""
+def scaled(name: str, unit: str, row: QuantityRow | VerdictRow) -> tuple[float, str]:
+    """Return the factor and unit in which the numbers of a quantity are shown."""
     if PURE_NUMBERS.get(name):
         return 100.0, "%"
-    if unit in PREFIXED:
-        factor, text = prefixed(largest, unit)
-        return factor, text
-    return 1.0, unit_html(unit)
+    largest = max((abs(v) for v in (row.value, row.low, row.high) if v is not None), default=1.0)
+    return prefixed(largest, unit) if unit in PREFIXED else (1.0, unit_html(unit))
+
+
+def interval_text(factor: float, value: float, low: float | None, high: float | None) -> tuple[str, str]:
+    """Return a value and its interval times a factor."""
+    texts = with_interval(factor * value, *(None if v is None else factor * v for v in (low, high)))
+    middle, first, last = (in_html(text) for text in texts)
+    return middle, f"{first} to {last}" if first and last else "–"
 
 
 def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
     """Return value, 95 % interval, unit, and what is to be said over the cycles, or why there is no value."""
     if row.value is None:
         return "–", "–", "", row.reason
-    ends = [abs(v) for v in (row.value, row.low, row.high) if v is not None]
-    factor, unit = scaled(row.name, row.unit, max(ends))
-    value, low, high = with_interval(
-        factor * row.value, *(None if v is None else factor * v for v in (row.low, row.high))
-    )
-    interval = f"{in_html(low)} to {in_html(high)}" if low and high else "–"
-    return in_html(value), interval, unit, over_cycles(row)
+    factor, unit = scaled(row.name, row.unit, row)
+    return *interval_text(factor, row.value, row.low, row.high), unit, over_cycles(row)
 
 
 def over_cycles(row: QuantityRow) -> str:
@@ -53,19 +53,14 @@ def number_text(row: VerdictRow) -> str:
     """Return the value of a verdict with its interval and unit."""
     if row.value is None:
         return "–"
-    ends = [abs(v) for v in (row.value, row.low, row.high) if v is not None]
-    factor, unit = scaled(row.quantity, row.si_unit, max(ends))
-    value, low, high = with_interval(
-        factor * row.value, *(None if v is None else factor * v for v in (row.low, row.high))
-    )
-    sign = "off by " if row.level == "cycle" else ""
-    return f"{sign}{in_html(value)} {unit} ({in_html(low)} to {in_html(high)})".replace("  ", " ")
+    factor, unit = scaled(row.quantity, row.si_unit, row)
+    value, interval = interval_text(factor, row.value, row.low, row.high)
+    return f"{'off by ' if row.level == 'cycle' else ''}{value} {unit} ({interval})".replace("  ", " ")
 
 
 def limits_text(row: VerdictRow) -> str:
     """Return the limits of a verdict in the unit of its value."""
-    ends = [abs(v) for v in (row.value, row.low, row.high) if v is not None]
-    factor, unit = scaled(row.quantity, row.si_unit, max(ends, default=1.0))
+    factor, unit = scaled(row.quantity, row.si_unit, row)
     least, most = (None if v is None else in_html(significant(factor * v, 4)) for v in (row.least, row.most))
     if least is not None and most is not None:
         return f"{least} to {most} {unit}"
@@ -76,10 +71,8 @@ def change_text(row: ChangeRow) -> str:
     """Return a change in percent with its interval."""
     if row.change is None:
         return "–"
-    value, low, high = with_interval(
-        100.0 * row.change, *(None if v is None else 100.0 * v for v in (row.low, row.high))
-    )
-    return f"{in_html(value)} % ({in_html(low)} to {in_html(high)})"
+    value, interval = interval_text(100.0, row.change, row.low, row.high)
+    return f"{value} % ({interval})"
 
 
 def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import linregress
+from scipy.stats import t as student
 
-from mrfit.measure.intervals import PerCycle, estimate, of_values
+from mrfit.measure.intervals import PerCycle, estimate, line_of, of_values
 
 
 def drawn(rng: np.random.Generator, count: int, sigma: float = 1.0, mean: float = 50.0) -> PerCycle:
@@ -63,3 +65,24 @@ def test_deviations_over_cycles() -> None:
     found = of_values(np.array([10.0, 9.5, 9.0, 9.5]))
     assert found.first_to_third == pytest.approx(0.1)
     assert found.greatest_deviation == pytest.approx(0.5 / 9.5)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(3, 40), st.floats(-3.0, 3.0), st.integers(0, 1000))
+def test_a_line_over_the_cycles_is_that_of_scipy(count: int, slope: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    number = np.arange(count) if seed % 2 else np.sort(rng.uniform(0.0, count, count))
+    values = 7.0 + slope * number + rng.standard_normal(count)
+    found, known = line_of(values, None if seed % 2 else number), linregress(number, values)
+    assert found is not None
+    half = student.ppf(0.975, count - 2) * known.stderr
+    ours = (found.slope.value, found.slope.low, found.slope.high, found.chance)
+    assert ours == pytest.approx(
+        (known.slope, known.slope - half, known.slope + half, known.pvalue), rel=1e-7, abs=1e-12
+    )
+    left = values - known.intercept - known.slope * number
+    assert found.variance == pytest.approx(left @ left / (count - 2), rel=1e-7)
+
+
+def test_a_line_takes_three_values() -> None:
+    assert line_of(np.array([1.0, 2.0])) is None
