@@ -16,10 +16,9 @@ Source: bilinear idealisation of hysteretic dampers and isolators by whole cycle
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.polynomial.polynomial import polyvander
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import Cycles
+from mrfit.measure.cycles import Cycles, powers_of
 from mrfit.measure.energy import work_of
 from mrfit.measure.forces import Forces
 from mrfit.measure.intervals import PerCycle, known, line_of
@@ -100,7 +99,7 @@ def _line(cycles: Cycles, up: bool, window: tuple[float, float]) -> tuple[PerCyc
     off = np.where(whole.there, np.abs(whole.at - (window[0] + window[1]) / 2.0), np.inf)
     nearest = off <= np.sort(off, axis=1)[:, :3][:, -1:]
     near = whole.within(np.where(np.sum(inside, axis=1, keepdims=True) < 3, nearest, inside))
-    level, slope = cycles.fit(near, polyvander(cycles.moved(up, near.at), 1))
+    level, slope = cycles.fit(near, powers_of(cycles.moved(up, near.at), 1))
     return level, slope
 
 

@@ -84,7 +84,7 @@ class BranchMean:
         for degree in np.unique(degrees):
             rows = np.flatnonzero((degrees == degree) & (inside.sum(axis=1) > degree))
             weighted = inside[rows] * self.counts * np.where(tapered[rows, None], _taper(about[rows]) ** 2, 1.0)
-            basis = polyvander(about[rows], degree)
+            basis = powers_of(about[rows], degree)
             normal = np.swapaxes(basis * weighted[:, :, None], 1, 2)
             found[rows] = np.linalg.solve(normal @ basis, normal @ self.force[:, None])[:, 0, 0]
         return found
@@ -325,7 +325,7 @@ class Cycles:
         share = near.there * (near.at - place)
         share = share / np.maximum(np.max(np.abs(share), axis=1, keepdims=True), SMALLEST_SPAN)
         root = _taper(share) if window.tapered else np.ones(share.shape)
-        basis = polyvander(share, window.degree) * root[:, :, None]
+        basis = powers_of(share, window.degree) * root[:, :, None]
         weighted = replace(near, force=near.force * root)
         return self.fit(weighted, basis, WORSE if low < place < high else WORSE_AT_END)[0]
 
@@ -387,11 +387,12 @@ class Cycles:
         # corners between samples lie at places that are alike in every cycle: half of the samples show their error
         return PerCycle(values, noise, float(np.max(np.abs(np.mean(values - thin, axis=1)))))
 
-    def placed(self, up: bool, every: slice = slice(None)) -> tuple[Array, Array, Array]:
+    def placed(self, up: bool, every: slice = slice(None)) -> tuple[NDArray[np.int64], Array, Array]:
         """Return cycle, place and force (S,) of the samples of the branches of some cycles."""
         whole = self.branches(up)
         there = whole.there[every]
-        return np.arange(self.count)[every][np.nonzero(there)[0]], whole.at[every][there], whole.force[every][there]
+        which = np.arange(self.count)[every][np.nonzero(there)[0]]
+        return which, whole.at[every][there], whole.force[every][there]
 
     def pooled(self, up: bool, every: slice = slice(None)) -> BranchMean:
         """Return force over place of the branches of some cycles together."""
@@ -412,8 +413,13 @@ class Cycles:
 
 def _integral(time: Array, power: Array) -> float:
     """Return the integral of the cubic spline through points (S,)."""
-    spline = InterpolatedUnivariateSpline(time, power, k=min(3, len(time) - 1))
+    spline = InterpolatedUnivariateSpline(time, power, k=min(3, len(time) - 1))  # type: ignore[arg-type]  # stubs ask for a literal
     return float(spline.integral(time[0], time[-1]))
+
+
+def powers_of(values: Array, degree: int) -> Array:
+    """Return the powers 0 to ``degree`` of values (…), as (…, degree + 1)."""
+    return np.asarray(polyvander(values, degree), dtype=np.float64)
 
 
 def _taper(share: Array) -> Array:

@@ -11,10 +11,9 @@ The place of the largest ripple is chosen by other cycles than those whose rippl
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial.polynomial import polyvander
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import BRANCH_GRID, WORSE, Cycles, Window
+from mrfit.measure.cycles import BRANCH_GRID, WORSE, Cycles, Window, powers_of
 from mrfit.measure.forces import Forces
 from mrfit.measure.intervals import PerCycle, estimate
 from mrfit.measure.quantity import Quantity, without
@@ -122,7 +121,7 @@ def _velocities(cycles: Cycles, up: bool, place: float) -> PerCycle:
     whole = cycles.about_reversal(not up)
     near = whole.within(np.abs(whole.at - place) <= half)
     speeds = np.where(near.at < 0.0, cycles.velocity(not up, near.at + 1.0), cycles.velocity(up, near.at)) - here
-    level, slopes, _ = cycles.fit(near, polyvander(speeds, 2), WORSE)
+    level, slopes, _ = cycles.fit(near, powers_of(speeds, 2), WORSE)
     slope = float(slopes.values.mean())
     speeds = (here - level.values / slope) * cycles.gains.values
     return PerCycle(speeds, level.noise / slope**2, level.shared / abs(slope), -level.zero / slope)
