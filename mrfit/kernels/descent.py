@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import kernel, part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -36,7 +36,7 @@ _MOST_LOWERED = 1.0 / 3.0
 _LEAST_FALL, _SHORTEST_STEP = 1e-10, 1e-10
 
 
-@kernel
+@part
 def _scaled(curvature: Array, held: Mask) -> tuple[Array, Array]:
     """Return JᵀJ (K, K) of columns of norm 1, and what they were divided by, inverted (K,); zeros for parameters held.
 
@@ -98,7 +98,10 @@ def _decomposed(gradient: Array, curvature: Array, held: Mask, exact: bool) -> D
     size = len(gradient)
     scaled, norms = _scaled(curvature, held)
     if exact:
-        return scaled, norms, gradient * norms
+        along = np.empty(size)
+        for k in range(size):
+            along[k] = gradient[k] * norms[k]
+        return scaled, norms, along
     values, vectors = np.linalg.eigh(scaled)
     directions, along = np.empty((size, size)), np.zeros(size)
     for i in range(size):
@@ -110,7 +113,7 @@ def _decomposed(gradient: Array, curvature: Array, held: Mask, exact: bool) -> D
     return directions, values, along
 
 
-@kernel
+@part
 def _attainable(parts: Decomposed, exact: bool) -> float:
     """Return the fall of an undamped step."""
     matrix, values, along = parts
@@ -129,8 +132,10 @@ def _step(parts: Decomposed, damping: float, exact: bool) -> Array:
     """Return the damped step (K,) in the cube."""
     matrix, values, along = parts
     if exact:
-        solved, _ = _factored(matrix, along, damping)
-        return -values * solved
+        step, _ = _factored(matrix, along, damping)
+        for k in range(len(along)):
+            step[k] *= -values[k]
+        return step
     step = np.zeros(len(along))
     for i in range(len(along)):
         if along[i] != 0.0:
@@ -139,7 +144,7 @@ def _step(parts: Decomposed, damping: float, exact: bool) -> Array:
     return step
 
 
-@kernel
+@part
 def _damped(parts: Decomposed, damping: float, reach: float, exact: bool) -> tuple[Array, Array, float]:
     """Return the damped step (K,) of the parameters not held, one short enough, and its damping.
 
@@ -176,7 +181,7 @@ def _shortened(point: Array, step: Array, gradient: Array, curvature: Array, rea
     return trial, fall
 
 
-@kernel
+@part
 def _hold_crossing(point: Array, step: Array, held: Mask, shift: Array) -> bool:
     """Hold the parameters that a step would take out of the cube, shifted to their bound; return if there are any."""
     crossed = False
@@ -188,7 +193,7 @@ def _hold_crossing(point: Array, step: Array, held: Mask, shift: Array) -> bool:
     return crossed
 
 
-@kernel
+@part
 def _along_axes(gradient: Array, curvature: Array) -> Array:
     """Return a step (K,) against the gradient that is downhill however it is cut off, since JᵀJ <= K·diag(JᵀJ)."""
     size = len(gradient)
@@ -199,13 +204,22 @@ def _along_axes(gradient: Array, curvature: Array) -> Array:
     return step
 
 
-@kernel
+@part
 def _held(point: Array, gradient: Array) -> Mask:
     """Return a mask (K,) of parameters that are held: those at a bound beyond which the cost falls."""
     held = np.empty(len(point), dtype=np.bool_)
     for k in range(len(point)):
         held[k] = (point[k] <= 0.0 and gradient[k] > 0.0) or (point[k] >= 1.0 and gradient[k] < 0.0)
     return held
+
+
+@part
+def _is_finite(gradient: Array, curvature: Array) -> bool:
+    """Return whether there is a step at all."""
+    finite = True
+    for k in range(len(gradient)):
+        finite = finite and math.isfinite(gradient[k]) and math.isfinite(curvature[k, k])
+    return finite
 
 
 @kernel
@@ -239,26 +253,27 @@ def damped_steps(
     trials, predicted, attainable = points.copy(), np.zeros(count), np.zeros(count)
     for p in active:
         point, gradient, curvature = points[p], model[1][p], model[2][p]
-        held, finite = _held(point, gradient), True
-        for k in range(size):
-            finite = finite and math.isfinite(gradient[k]) and math.isfinite(curvature[k, k])
-        if not finite:
+        held, reach = _held(point, gradient), reaches[p]
+        if not _is_finite(gradient, curvature):
             attainable[p] = np.inf
             continue
-        reach = reaches[p]
         parts = _decomposed(gradient, curvature, held, exact)
         attainable[p] = _attainable(parts, exact)
         step, near, damping = _damped(parts, dampings[p], reach, exact)
         safe, shift = step.copy(), np.zeros(size)
-        trials[p], predicted[p] = _shortened(point, step, gradient, curvature, reach)
+        longest, predicted[p] = _shortened(point, step, gradient, curvature, reach)
         trial, fall = _shortened(point, near, gradient, curvature, reach)
         # cutting a step off at the bounds can make it an uphill one; holding what would leave the cube never does
         crossed = False
         for _ in range(size):
             if not _hold_crossing(point, safe, held, shift):
                 break
-            moved, crossed = gradient + np.dot(curvature, shift), True
-            safe = shift + _step(_decomposed(moved, curvature, held, exact), dampings[p], exact)
+            moved, crossed = np.dot(curvature, shift), True
+            for k in range(size):
+                moved[k] += gradient[k]
+            safe = _step(_decomposed(moved, curvature, held, exact), dampings[p], exact)
+            for k in range(size):
+                safe[k] += shift[k]
         other, promised = _shortened(point, safe, gradient, curvature, reach)
         if crossed and promised > fall:
             trial, fall = other, promised
@@ -267,7 +282,9 @@ def damped_steps(
         if reach < LONGEST_STEP:
             dampings[p] = damping
         if predicted[p] <= _POOR * fall or reach < LONGEST_STEP:
-            trials[p], predicted[p] = trial, fall
+            longest, predicted[p] = trial, fall
+        for k in range(size):
+            trials[p, k] = longest[k]
     return trials, predicted, attainable
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import kernel, part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -50,11 +50,11 @@ def eliminate(gram: Array, pivots: Mask) -> None:
                         a[i, j] -= factor * a[k, j]
         for k in range(size):
             if not pivots[p, k] and not a[k, k] > _EXPLAINED * squares[k]:
-                a[k, :] = 0.0
-                a[:, k] = 0.0
+                for j in range(size):
+                    a[k, j] = a[j, k] = 0.0
 
 
-@kernel
+@part
 def _step(gram: Array, slope: Array, free: Mask) -> Array:
     """Return the step (K,) of the free weights that takes the gradient ``slope`` away; dependent ones do not move."""
     size = len(slope)
@@ -95,7 +95,7 @@ def _gradient(gram: Array, slope: Array, weights: Array) -> Array:
     return gradient
 
 
-@kernel
+@part
 def _most_inward(gradient: Array, gram: Array, weights: Array, free: Mask, low: Array) -> int:
     """Return the held weight that gains most by leaving its bound, -1 if none gains."""
     most, found = 0.0, -1
@@ -178,13 +178,13 @@ def projected(rows: Array, still: Array, moving: Index, low: Array, high: Array)
         for v in range(len(moving)):
             for m in range(samples):
                 basis[p, moving[v], m] = rows[p, 1 + v, m] - rows[p, 0, m]
-        gram[p] = np.dot(basis[p], basis[p].T)
-        slope[p] = np.dot(basis[p], rows[p, 0])
+        np.dot(basis[p], basis[p].T, gram[p])
+        np.dot(basis[p], rows[p, 0], slope[p])
     weights, free = bounded_weights(gram, slope, low, high)
     for p in range(count):
-        fitted = np.dot(weights[p], basis[p])
+        np.dot(weights[p], basis[p], residuals[p])
         for m in range(samples):
-            residuals[p, m] = rows[p, 0, m] + fitted[m]
+            residuals[p, m] += rows[p, 0, m]
         costs[p] = math.sqrt(np.dot(residuals[p], residuals[p]) / samples)
     return weights, residuals, costs, basis, free
 
@@ -207,10 +207,10 @@ def reduced_model(varied: Array, steps: Array, solved: Solved) -> tuple[Array, A
     size, samples, first = basis.shape[1], varied.shape[2], varied.shape[1] - dimension
     gram, gradients = np.empty((count, size + dimension, size + dimension)), np.empty((count, dimension))
     pivots = np.zeros((count, size + dimension), dtype=np.bool_)
-    pivots[:, :size] = True
     whole = np.empty((size + dimension, samples))
     for p in range(count):
         for k in range(size):
+            pivots[p, k] = True
             for m in range(samples):
                 whole[k, m] = basis[p, k, m] if free[p, k] else 0.0
         for f in range(dimension):
@@ -219,8 +219,9 @@ def reduced_model(varied: Array, steps: Array, solved: Solved) -> tuple[Array, A
                 whole[size + f, m] = (varied[p, first + f, m] - base[p, m]) / steps[p, f]
                 total += whole[size + f, m]
             if not math.isfinite(total):
-                whole[size + f] = 0.0
-        gram[p] = np.dot(whole, whole.T)
+                for m in range(samples):
+                    whole[size + f, m] = 0.0
+        np.dot(whole, whole.T, gram[p])
         slope = np.dot(whole[size:], residuals[p])
         for f in range(dimension):
             gradients[p, f] = slope[f] / samples
@@ -253,7 +254,8 @@ def with_last_share(rows: Array, rest: Array, ratios: Array) -> Array:
     out = np.empty((count, places + 1, samples))
     for q in range(count):
         for v in range(places):
-            out[q, v] = rows[q, v]
+            for m in range(samples):
+                out[q, v, m] = rows[q, v, m]
         last = out[q, places]
         for m in range(samples):
             last[m] = rows[q, 0, m] - rest[m]
