@@ -5,8 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.special import erf
 
 from tests import commands
+from tests.batch.logs import write_log
 from tests.conftest import ROOT
 from tests.docs.pages import blocks
 
@@ -125,6 +127,42 @@ def empty(folder: Path) -> None:
     _shared(folder)
 
 
+def fleet(folder: Path) -> None:
+    """Make three units with three tests each, fitted by a batch, and a table of their covariates."""
+    table = ["log,cycles,temperature"]
+    for unit in range(3):
+        for test in range(3):
+            name = f"A{unit}_2026-01-0{test + 1}"
+            write_log(folder / f"logs/{name}.csv", 3 * unit + test, fy=500.0 + 10.0 * unit)
+            table.append(f"{name},{1000 * test},{20 + 5 * test}")
+    (folder / "life.csv").write_text("\n".join(table))
+    _run(folder, "batch logs --model bingham --opt lsq")
+
+
+def rotary(folder: Path) -> None:
+    """Make a sine of a rotary damper."""
+    time = np.arange(int(RATE * SECONDS)) / RATE
+    angle, velocity = 0.1 * np.sin(2.0 * np.pi * time), 0.2 * np.pi * np.cos(2.0 * np.pi * time)
+    torque = 5.0 * angle + 0.8 * velocity + 4.0 * erf(15.0 * velocity + 0.5 * np.sign(angle))
+    columns = {"angle_rad": angle, "angular-velocity_rad/s": velocity, "torque_N*m": torque}
+    _write(folder / "logs/rotary.csv", time_s=time, **columns)
+    _run(folder, "ingest logs")
+
+
+def blocks_of_damper(folder: Path) -> None:
+    """Make strokes at constant speed, a sine and steps of current, one for each block of a damper."""
+    time = np.arange(int(RATE * SECONDS)) / RATE
+    phase = 2.0 * np.pi * time
+    strokes = 10.0 * 2.0 / np.pi * np.arcsin(np.sin(phase))
+    steps = 1.0 + 0.5 * np.sign(np.sin(0.5 * phase))
+    tests = [(strokes, 0.5), (strokes, 1.5), (10.0 * np.sin(phase), 1.0), (strokes, steps)]
+    for k, (travel, current) in enumerate(tests):
+        force = (100.0 + 300.0 * current) * np.tanh(0.06 * np.gradient(travel, time)) + 1e-3 * time
+        columns = {"displacement_mm": travel, "force_N": force, "current_A": np.broadcast_to(current, time.shape)}
+        _write(folder / f"logs/test_{k}.csv", time_s=time, **columns)
+    _run(folder, "ingest logs")
+
+
 LABS: dict[str, Callable[[Path], None]] = {
     "damper": damper,
     "models": models,
@@ -134,4 +172,7 @@ LABS: dict[str, Callable[[Path], None]] = {
     "discovered": discovered,
     "batch": batch,
     "empty": empty,
+    "fleet": fleet,
+    "rotary": rotary,
+    "blocks": blocks_of_damper,
 }
