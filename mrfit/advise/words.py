@@ -104,4 +104,7 @@ def of_parameters(widths: Sequence[Width], first: AdvisedTest) -> list[str]:
     if not shares:
         return [f"{said}: the data there are leave every parameter open."]
     middle = float(np.exp(np.mean(np.log(shares))))
-    return [f"{said}: intervals shrink to {number(100.0 * middle)} % of their width, in the geometric mean."]
+    return [
+        f"{said}: intervals shrink to {number(100.0 * middle)} % of their width, in the geometric mean.",
+        "Whether the parameters stay, over life, temperature or other units, `mrfit drift` says of several fits.",
+    ]

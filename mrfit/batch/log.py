@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mrfit.batch.parcel import Parcel, returned, unpacked
 from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import NAMING
 from mrfit.errors import DataError, MrfitError, Unreachable, is_of_machine
 from mrfit.fit import stage as fit_stage
 from mrfit.flux import stage as flux_stage
@@ -152,7 +153,7 @@ def _tests(fit: Fit, more: Sequence[str]) -> Sequence[OfCondition]:
     return [
         OfCondition(
             condition=result.condition,
-            current=result.at.current,
+            **{name: getattr(result.at, name) for name in NAMING},
             nrmse=errors.get((result.condition, "train")),
             nrmse_holdout=errors.get((result.condition, "holdout")),
             warnings=sorted({w.kind for w in (*fit.warnings, *result.warnings)} | {*more}),

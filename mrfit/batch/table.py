@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.recording import NAMING
 from mrfit.io.arrow import numbers, texts
 from mrfit.io.atomic import write_atomic
 from mrfit.io.schemas.batch import LogRow
@@ -16,9 +17,9 @@ def write(path: Path, rows: Sequence[LogRow]) -> None:
 
     Columns: ``log``, ``condition``, ``parameter``, ``unit``, ``value``, ``low``, ``high`` (95 % interval, nan where it
     is open), ``nrmse`` and ``nrmse_holdout`` of the condition, ``warnings`` by commas, ``role`` in the model, ``scale``
-    (``log`` or ``linear``) and ``degrees`` of the covariance, ``current`` of the test in A, and ``covariance``: with
-    all rows of this log and condition in their order, on their scales; null where the data do not determine the
-    parameter, nan where they do not determine the other one.
+    (``log`` or ``linear``) and ``degrees`` of the covariance, ``frequency``, ``amplitude`` and ``current`` of the test,
+    and ``covariance``: with all rows of this log and condition in their order, on their scales; null where the data do
+    not determine the parameter, nan where they do not determine the other one.
 
     Raises
     ------
@@ -41,20 +42,20 @@ def write(path: Path, rows: Sequence[LogRow]) -> None:
                     (found.roles[k], "log" if found.log[k] else "linear") if found and k is not None else ("", "")
                 )
                 lines.append((row.log, test.condition, p.parameter, p.unit, ", ".join(test.warnings), role, scale))
-                known = (found.degrees if found else None, test.current)
+                known = (found.degrees if found else None, *(getattr(test, name) for name in NAMING))
                 values.append(tuple(map(_number, (p.value, p.low, p.high, test.nrmse, test.nrmse_holdout, *known))))
                 own = None if found is None or k is None else found.rows[k]
                 others = [place.get(q.parameter) for q in test.parameters]
                 matrices.append(own and [np.nan if j is None else own[j] for j in others])
         if row.error:
             lines.append((row.log, "", "", "", row.error, "", ""))
-            values.append((np.nan,) * 7)
+            values.append((np.nan,) * (6 + len(NAMING)))
             matrices.append(None)
     words = ("log", "condition", "parameter", "unit", "warnings", "role", "scale")
     written = dict(zip(words, zip(*lines, strict=True), strict=True))
     columns = {name: texts(column) for name, column in written.items()}
     measured = np.array(values, dtype=np.float64).T
-    figures = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees", "current")
+    figures = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees", *NAMING)
     columns |= {name: numbers(column) for name, column in zip(figures, measured, strict=True)}
     columns["covariance"] = pa.array(matrices, pa.list_(pa.float64()))
     order = (*words[:4], *figures[:5], *words[4:], *figures[5:], "covariance")

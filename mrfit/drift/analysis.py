@@ -14,7 +14,7 @@ from scipy.special import ndtr, stdtrit
 from mrfit.core.counting import number_of
 from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
-from mrfit.drift.population import UNITS_NEEDED, Population, odd_units, population
+from mrfit.drift.population import PIVOT_DRAWS, UNITS_NEEDED, Population, odd_units, population
 from mrfit.drift.source import FitValue, columns_of
 from mrfit.io.schemas.drift import (
     ChangePoint,
@@ -45,6 +45,8 @@ STEPS_SHOWN = {
 LARGEST_LOGARITHM = 700.0
 # Steps that are tried as change points, draws by which the greatest of them is judged, values at either side of one
 CHANGES_TRIED, CHANGE_DRAWS, BESIDE_CHANGE = 64, 4000, 3
+LIMITS_AT_ONCE = 1000
+"""Tests whose covariates are judged at once, for the bounds over all of them."""
 STEP_OVER_LINE = 6.0
 """Twice the log-likelihood by which a step has to say more than a steady drift."""
 
@@ -130,6 +132,8 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
         over=list(settings.over),
         unit=settings.unit,
         at=settings.at,
+        draws=settings.draws,
+        seed=settings.seed,
         units=len({v.specimen for v in values}),
         tests=len({(v.log, v.condition, *sorted(v.covariates.items())) for v in values}),
         parameters=rows,
@@ -309,7 +313,7 @@ def _row(trend: Trend, probabilities: Sequence[float]) -> ParameterOverUnits:
         )
     if found is None:
         return row
-    (low, high), (least, greatest) = found.tolerance, found.limits
+    (low, high), (least, greatest) = found.tolerance, _limits(trend, found)
     return replace(
         row,
         mean=back(found.mean),
@@ -327,6 +331,25 @@ def _row(trend: Trend, probabilities: Sequence[float]) -> ParameterOverUnits:
             for k, z, p in trend.odd
         ],
     )
+
+
+def _limits(trend: Trend, found: Population) -> tuple[float, float]:
+    """Return one-sided bounds that hold at the covariates of every test."""
+    fitted = trend.fitted
+    if fitted is None or not trend.covariates:
+        return found.limits()
+    rng = np.random.default_rng(0)
+    degrees, wider = float(fitted.degrees[1:].min()), fitted.errors[1:] / np.sqrt(np.diag(fitted.covariance)[1:])
+    along = rng.multivariate_normal(np.zeros(len(wider)), fitted.covariance[1:, 1:], PIVOT_DRAWS) * wider
+    if math.isfinite(degrees):
+        along /= np.sqrt(rng.chisquare(degrees, (PIVOT_DRAWS, 1)) / degrees)
+    places = np.unique(trend.centred, axis=0)
+    lowest, highest = np.full(PIVOT_DRAWS, np.inf), np.full(PIVOT_DRAWS, -np.inf)
+    for part in np.array_split(places, -(-len(places) // LIMITS_AT_ONCE)):
+        shifts = (fitted.beta[1:] + along) @ part.T
+        lowest, highest = np.minimum(lowest, shifts.min(axis=1)), np.maximum(highest, shifts.max(axis=1))
+    differ = math.sqrt(fitted.components[2]) if len(fitted.components) > 2 else 0.0
+    return found.limits(lowest, highest, differ * float(np.abs(places[:, 0]).max()))
 
 
 def _exponential(value: float) -> float:

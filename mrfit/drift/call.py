@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,9 @@ from mrfit.core.arguments import check_arguments
 from mrfit.core.counting import number_of
 from mrfit.drift import page
 from mrfit.drift.analysis import Trend, compare
+from mrfit.drift.draws import sets_of_units
 from mrfit.drift.source import completed, values_of_fit, values_of_table
+from mrfit.io.atomic import write_atomic
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.drift import DriftFile
 from mrfit.io.workspace import checked, write_json, write_text
@@ -51,12 +54,15 @@ class UnitComparison:
 
     @check_arguments
     def save(self, folder: PathText) -> DriftFile:
-        """Write drift.html, drift.csv and drift.json into a folder."""
+        """Write drift.html, drift.csv and drift.json into a folder, and drawn units into its folder ssv."""
         root = Path(folder)
         files = [root / name for name in ("drift.html", "drift.csv", "drift.json")]
         write_text(files[0], page.render(self.content, self.trends))
         write_text(files[1], csv_table(page.CSV_COLUMNS, page.table_cells(self.content)))
         write_json(files[2], self.content)
+        for name, content in sets_of_units(self.trends, self.content.draws, self.content.seed):
+            write_atomic(root / "ssv" / name, partial(Path.write_bytes, data=content))
+        files += [root / "ssv"] * bool(self.content.draws)
         return replace(self.content, files=[str(p) for p in files])
 
     def __repr__(self) -> str:

@@ -23,6 +23,8 @@ PANELS_DRAWN, PANELS_ACROSS = 60, 2
 LINES_OF_UNITS = 12
 """Units whose tests are joined by lines."""
 BAND_POINTS = 80
+WIDE_LOGARITHMS = 1.0
+"""Range of the logarithms of values from which on their axis is logarithmic."""
 SLOPE_HEADS = ("Parameter", "Condition", "Covariate", "Per", "Change", "95 % interval", "p, all tests", "Drifts")
 ODD_HEADS = ("Unit", "Condition", "Parameter", "Value", "Studentised", "p, all tests")
 RANGE_HEADS = ("Parameter", "Condition", "Units", "Tests", "Mean", "95 % interval", "Between units", "Tolerance 95/95")
@@ -180,6 +182,8 @@ def _panel(axes: "Axes", trend: Trend) -> None:
     unit = unit_html(first.unit)
     named = f"{first.parameter} ({unit})" if unit else first.parameter
     axes.set_title(f"{named}, {first.condition}" if first.condition else named)
+    if first.log_scale and np.ptp(y) > WIDE_LOGARITHMS:
+        axes.set_yscale("log")
     axes.set_xlabel(trend.covariates[0] if trend.covariates else "unit", fontsize=8.0)
 
 

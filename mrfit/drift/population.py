@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import gammaln, ndtr, stdtr, stdtrit
 
 from mrfit.core.specs import Array, Index
@@ -31,9 +32,9 @@ TAIL_DEGREES, TAIL_PRIOR = np.array([3.0, 4.0, 6.0, 10.0, 1e6]), np.array([0.125
 """Degrees of freedom of Student's t that units may follow, the last as good as normal, and their prior."""
 # Scales of these laws, over the variance of the values, and steps to the mean at each
 TAIL_SCALES, REWEIGHTINGS = np.geomspace(1e-4, 1e2, 120), 8
-BISECTIONS = 40
+BISECTIONS = 26
 # Distances of a law's centre from an interval's, in scales, at which the interval is computed
-OFF_CENTRE_PLACES = 65
+OFF_CENTRE_PLACES = 33
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Population:
     def tails(self) -> tuple[Array, Array, Array]:
         """Draws (B,) of degrees, mean and scale of the law of all units, odd ones among them.
 
-        The prior of the scale is 1/σ; the mean is normal about its best value.
+        The prior of the scale is that of Jeffreys for normal units; the mean is normal about its best value.
         """
         rng, y, count = np.random.default_rng(0), self.values, len(self.values)
         grid = TAIL_SCALES * (float(np.var(y, ddof=1)) + 1e-300)
@@ -88,7 +89,9 @@ class Population:
         logarithm = count * (gammaln((nu + 1.0) / 2.0) - gammaln(nu / 2.0) - 0.5 * np.log(nu)) - 0.5 * np.log(precision)
         ratios = np.log1p((y - mean) ** 2 / (nu[:, :, None] * scales))
         logarithm = logarithm - 0.5 * np.sum(np.log(scales) + (nu[:, :, None] + 1.0) * ratios, axis=2)
-        share = TAIL_PRIOR[:, None] * np.exp(logarithm - logarithm.max())
+        # Jeffreys' prior of the scale, 1/σ where the fits are exact
+        prior = grid * np.sqrt(np.sum(scales**-2.0, axis=1))
+        share = TAIL_PRIOR[:, None] * prior * np.exp(logarithm - logarithm.max())
         law, place = np.divmod(rng.choice(share.size, PIVOT_DRAWS, p=share.ravel() / share.sum()), len(grid))
         means = mean[law, place, 0] + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(precision[law, place])
         # even within a step of the grid, which is even in the logarithm
@@ -110,14 +113,23 @@ class Population:
         half = float(np.quantile(reach, CONFIDENCE_OF_TOLERANCE))
         return centre - half, centre + half
 
-    @cached_property
-    def limits(self) -> tuple[float, float]:
-        """One-sided bounds: 95 % of all units are above the first, 95 % below the second, each with 95 % confidence."""
+    def limits(
+        self, lowest: float | Array = 0.0, highest: float | Array = 0.0, more: float = 0.0
+    ) -> tuple[float, float]:
+        """Return one-sided bounds: 95 % of all units are above the first, 95 % below the second, with 95 % confidence.
+
+        Parameters
+        ----------
+        lowest, highest
+            Draws (B,) of the least and the greatest change over the covariates that are tested.
+        more
+            Standard deviation between units of this change.
+        """
         degrees, means, scales = self.tails
-        reach = stdtrit(degrees, TOLERANCE_CONTENT) * scales
+        reach = stdtrit(degrees, TOLERANCE_CONTENT) * np.hypot(scales, more)
         return (
-            float(np.quantile(means - reach, 1.0 - CONFIDENCE_OF_TOLERANCE)),
-            float(np.quantile(means + reach, CONFIDENCE_OF_TOLERANCE)),
+            float(np.quantile(means - reach + lowest, 1.0 - CONFIDENCE_OF_TOLERANCE)),
+            float(np.quantile(means + reach + highest, CONFIDENCE_OF_TOLERANCE)),
         )
 
     @property
@@ -163,27 +175,31 @@ def population(values: Array, variances: Array, odd: Sequence[int] = (), lost: i
     # Q falls with ω²: where it starts below a draw, ω² is none
     drawn = np.interp(-chi, -squares, grid)
     means = np.interp(drawn, grid, mean) + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(np.interp(drawn, grid, precision))
-    best = _restricted(y, known)
+    best = _restricted(y, known, grid)
     weights = 1.0 / (best + known)
     return Population(
         values, variances, float(weights @ y / weights.sum()), best, means, np.sqrt(np.maximum(drawn, 0.0)), lost
     )
 
 
+def _grid(values: Array, variances: Array) -> Array:
+    """Return variances between units (G,) that the data allow, from none on."""
+    spread = float(np.var(values, ddof=1)) + float(np.mean(variances)) + 1e-300
+    return np.concatenate([[0.0], np.geomspace(LEAST_SHARE, 1e4, VARIANCE_GRID) * spread])
+
+
 def _profile(values: Array, variances: Array) -> tuple[Array, Array, Array, Array]:
     """Return a grid of ω² (G,) and there the mean, its precision and the weighted sum of squares."""
-    spread = float(np.var(values, ddof=1)) + float(np.mean(variances)) + 1e-300
-    grid = np.concatenate([[0.0], np.geomspace(LEAST_SHARE, 1e4, VARIANCE_GRID) * spread])
-    weights = 1.0 / np.maximum(grid[:, None] + variances, 1e-12 * spread)
+    grid = _grid(values, variances)
+    weights = 1.0 / np.maximum(grid[:, None] + variances, 1e-16 * grid[-1])
     precision = weights.sum(axis=1)
     mean = weights @ values / precision
     squares = np.sum(weights * (values - mean[:, None]) ** 2, axis=1)
     return grid, mean, precision, squares
 
 
-def _restricted(values: Array, variances: Array) -> float:
+def _restricted(values: Array, variances: Array, grid: Array) -> float:
     """Return the variance between units of greatest restricted likelihood, 0 where they differ no more than c_i say."""
-    grid, _, _, _ = _profile(values, variances)
 
     def slope(omega: Array) -> Array:
         """Return the derivative of the restricted log-likelihood at variances (G,)."""
@@ -193,15 +209,10 @@ def _restricted(values: Array, variances: Array) -> float:
         change: Array = np.sum(weights**2 * rest**2, axis=1) - total + np.sum(weights**2, axis=1) / total
         return change
 
-    rising = slope(grid[1:]) > 0.0
-    if not rising.any():
+    rising = np.flatnonzero(slope(grid[1:]) > 0.0) + 1
+    if not len(rising) or rising[-1] == VARIANCE_GRID:
         return 0.0
-    last = int(np.flatnonzero(rising)[-1]) + 1
-    low, high = grid[last], grid[min(last + 1, VARIANCE_GRID)]
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if slope(np.array([middle]))[0] > 0.0 else (low, middle)
-    return float((low + high) / 2.0)
+    return float(brentq(lambda omega: slope(np.array([omega]))[0], *grid[rising[-1] :][:2]))
 
 
 def odd_units(values: Array, variances: Array, tests: int) -> list[tuple[int, float, float]]:
@@ -238,7 +249,7 @@ def odd_units(values: Array, variances: Array, tests: int) -> list[tuple[int, fl
 
 def _moments(values: Array, variances: Array) -> Array:
     """Return distances from the weighted mean (N,) in standard deviations."""
-    omega = _restricted(values, variances)
+    omega = _restricted(values, variances, _grid(values, variances))
     weights = 1.0 / np.maximum(omega + variances, 1e-300)
     scores: Array = (values - weights @ values / weights.sum()) * np.sqrt(weights)
     return scores

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -52,6 +53,10 @@ class FitValue:
         Of the test, by name.
     doubts
         What is out of date about its fit.
+    model
+        Its model; empty where that is not stated.
+    settable
+        Whether it is a parameter of the model, not derived from them.
     """
 
     log: str
@@ -65,6 +70,8 @@ class FitValue:
     log_scale: bool
     covariates: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    model: str = ""
+    settable: bool = False
 
 
 def read_values(inputs: Sequence[Path], settings: Settings) -> list[FitValue]:
@@ -96,10 +103,12 @@ def completed(values: Sequence[FitValue], settings: Settings) -> list[FitValue]:
     ConfigError
         If no value has a covariate that is asked for.
     DataError
-        If there is no value, or the file of covariates lacks a log.
+        If there is no value, models differ, no two tests are comparable, or the file of covariates lacks a log.
     """
     if not values:
         raise DataError("no fit here states a covariance; fit again, by `mrfit fit` or `mrfit batch`")
+    if len(models := {v.model for v in values} - {""}) > 1:
+        raise DataError(f"fits of several models, {', '.join(sorted(models))}; compare those of one")
     stated = _stated(settings.covariates) if settings.covariates else {}
     pooled = set(settings.over) & set(NAMING)
     made = []
@@ -119,7 +128,12 @@ def completed(values: Sequence[FitValue], settings: Settings) -> list[FitValue]:
     known = {name for one in made for name in one.covariates}
     for name in settings.over:
         if name not in known:
-            raise ConfigError(f"--over {name}: no fit states it; there are {', '.join(sorted(known)) or 'none'}")
+            dates = ", no log has one in its name" * (name == "date")
+            named = ", ".join(sorted(known)) or "none"
+            raise ConfigError(f"--over {name}: no fit states it{dates}; there are {named}; --covariates adds others")
+    if max(Counter((v.condition, v.parameter) for v in made).values()) == 1:
+        other = "" if pooled else "; --over current, frequency or amplitude compares conditions with each other"
+        raise DataError(f"one fit of every condition: there is nothing to compare it with{other}")
     return made
 
 
@@ -242,7 +256,8 @@ def values_of_fit(fit: Fit, label: str, at: str = "") -> list[FitValue]:
             energy[log] = energy.get(log, 0.0) + spent
         values = [*_of_covariance(result), *(force_ends(fit, result, at) if at else ())]
         made = [replace(v, log=log, condition=v.condition or condition, covariates=covariates) for v in values]
-        found += [replace(v, doubts=doubts) for v in made]
+        own_names = {p.name for p in result.parameters}
+        found += [replace(v, doubts=doubts, model=fit.model, settable=v.parameter in own_names) for v in made]
     return found
 
 

@@ -9,6 +9,7 @@ the intervals of parameters and derived quantities say; what cannot be seen in t
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -228,11 +229,17 @@ def _scale(source: ExportSource, free: list[int], steps: Array, values: Array, v
 
 
 def _set(source: ExportSource, theta: Array, told: list[str], name: str) -> bytes:
+    values = [(p.name, p.unit, v) for p, v in zip(source.spec.params, theta.tolist(), strict=True)]
+    return parameter_set(name, f"{source.assembly.name} of the fit {source.name}", values, head_lines(source, told))
+
+
+def parameter_set(name: str, what: str, values: Sequence[tuple[str, str, float]], head: Sequence[str]) -> bytes:
+    """Return a parameter set of names, SI units and values, with a description and lines of a head."""
     parameters = [
-        XmlElement("ssv:Parameter", {"name": p.name}, [XmlElement("ssv:Real", {"value": number(v), "unit": p.unit})])
-        for p, v in zip(source.spec.params, theta.tolist(), strict=True)
+        XmlElement("ssv:Parameter", {"name": p}, [XmlElement("ssv:Real", {"value": number(v), "unit": unit})])
+        for p, unit, v in values
     ]
-    units = dict.fromkeys(p.unit for p in source.spec.params)
+    units = dict.fromkeys(unit for _, unit, _ in values)
     listed = [XmlElement("ssc:Unit", {"name": u}, [XmlElement("ssc:BaseUnit", dict(base_units(u)))]) for u in units]
     whole = XmlElement(
         "ssv:ParameterSet",
@@ -241,8 +248,8 @@ def _set(source: ExportSource, theta: Array, told: list[str], name: str) -> byte
             "xmlns:ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
             "version": "1.0",
             "name": name,
-            "description": ascii_line(f"{source.assembly.name} of the fit {source.name}"),
+            "description": ascii_line(what),
         },
         [XmlElement("ssv:Parameters", {}, parameters), XmlElement("ssv:Units", {}, listed)],
     )
-    return xml(whole, head_lines(source, told))
+    return xml(whole, head)

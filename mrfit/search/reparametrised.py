@@ -22,21 +22,12 @@ def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> Sea
     Where what they reach lies outside the bounds of the model's own parameters, or at a bound that these do not have,
     the search goes on in these. Where the user changed those bounds, or fixed a parameter, they are not used.
     """
-    reduced, own = posed.assembly.reduced, posed.cube
-    as_given = [(p.low, p.high) for p in own.params] == [(p.low, p.high) for p in posed.assembly.spec.params]
-    if reduced is None or not as_given or len(own.free) < len(own.params):
+    found = reduced_problem(posed)
+    if found is None:
         return coarse_to_fine.search(posed, starts, run)
-    way = _Way(reduced, cube_of(reduced.spec, {}, {}, {}), own)
-    assembly = replace(
-        posed.assembly,
-        spec=reduced.spec,
-        simulate=reduced.response,
-        rough=reduced.rough,
-        reduced=None,
-        sensitivities=reduced.sensitivities,
-    )
-    less = replace(posed, assembly=assembly, cube=way.cube)
-    coarse = coarse_to_fine.search_thinned(less, way.cube.to_points(reduced.reduce(own.to_theta(starts))), run)
+    less, way = found
+    starts = way.cube.to_points(way.reduced.reduce(way.own.to_theta(starts)))
+    coarse = coarse_to_fine.search_thinned(less, starts, run)
     outcome = coarse.outcome
     if len(coarse.points) and way.inside(outcome.point):
         outcome = coarse_to_fine.refine_on_all_data(less, coarse, run)
@@ -49,8 +40,26 @@ def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> Sea
     )
 
 
+def reduced_problem(posed: LeastSquaresProblem) -> "tuple[LeastSquaresProblem, ReducedWay] | None":
+    """Return a problem in its model's reduced parameters with their inverse; None without, or with a user's bounds."""
+    reduced, own = posed.assembly.reduced, posed.cube
+    as_given = [(p.low, p.high) for p in own.params] == [(p.low, p.high) for p in posed.assembly.spec.params]
+    if reduced is None or not as_given or len(own.free) < len(own.params):
+        return None
+    way = ReducedWay(reduced, cube_of(reduced.spec, {}, {}, {}), own)
+    assembly = replace(
+        posed.assembly,
+        spec=reduced.spec,
+        simulate=reduced.response,
+        rough=reduced.rough,
+        reduced=None,
+        sensitivities=reduced.sensitivities,
+    )
+    return replace(posed, assembly=assembly, cube=way.cube), way
+
+
 @dataclass(frozen=True)
-class _Way:
+class ReducedWay:
     """The way from reduced parameters back to a model's own, each in its cube."""
 
     reduced: ReducedModel

@@ -25,6 +25,8 @@ class Settings:
         Motion and current at which the force is compared, as ``HZ:M:A``; empty for none.
     fit
         Name of the fit in every workspace; empty where each has one.
+    draws, seed
+        Number of units drawn from the population as SSP parameter sets, and the seed they are drawn with.
     """
 
     over: Annotated[tuple[str, ...], Setting("Covariates, as cycles,temperature.", metavar="NAME,…", form=NAMES)] = ()
@@ -37,3 +39,5 @@ class Settings:
     ] = None
     at: Annotated[str, Setting("Compare the force at a sine and a current, as 1:0.01:0.5.", metavar="HZ:M:A")] = ""
     fit: Annotated[str, Setting("Name of the fit in every workspace; default: the only one.", names="fit")] = ""
+    draws: Annotated[int, Setting("Units drawn from the population, as SSP parameter sets.", low=0)] = 0
+    seed: Annotated[int, Setting("Seed of these draws.", low=0)] = 0

@@ -185,4 +185,7 @@ def drift_words(rows: Sequence[DriftRow]) -> str:
             f"what {' and '.join(follows)} would explain grows or falls with time, by up to {worst.rate:.3g} per "
             f"second in {worst.condition}"
         )
-    return f"{'; '.join(parts)}: steadily within the record, which no input explains; it is not counted as noise"
+    return (
+        f"{'; '.join(parts)}: steadily within the record, which no input explains; it is not counted as noise; fit "
+        "blocks of it, by `mrfit segment --blocks`, and `mrfit drift` says which parameter moves"
+    )

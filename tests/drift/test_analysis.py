@@ -90,3 +90,13 @@ def test_a_unit_that_stands_out_takes_no_part_in_the_others() -> None:
     assert row.reproducibility is not None and before.reproducibility is not None
     assert row.reproducibility == pytest.approx(before.reproducibility, rel=0.4)
     assert row.mean == pytest.approx(before.mean, rel=0.02)
+
+
+def test_bounds_hold_over_the_whole_life() -> None:
+    (row,) = [r for r in compared([("f0", "cycles", 0.5)]).parameters if r.parameter == "f0"]
+    still = next(r for r in compared([]).parameters if r.parameter == "f0")
+    assert row.greatest and row.least and still.greatest and still.least
+    # it rises by 10 N over the life, 5 N to either side of the middle, at which its tolerance interval is
+    assert row.greatest - still.greatest == pytest.approx(10.0, abs=1.0)
+    assert row.least == pytest.approx(still.least, abs=1.0)
+    assert row.tolerance_high and row.greatest > row.tolerance_high

@@ -26,7 +26,7 @@ def test_ranges_are_those_of_a_normal_sample_where_many_units_show_no_tails() ->
     factor = 1.96 * np.sqrt(399 * (1 + 1 / 400) / stats.chi2.ppf(0.05, 399))
     assert np.diff(found.tolerance)[0] / 2.0 / values.std(ddof=1) == pytest.approx(factor, rel=0.02)
     one_sided = stats.nct.ppf(0.95, 399, stats.norm.ppf(0.95) * 20.0) / 20.0
-    assert found.limits[1] / values.std(ddof=1) == pytest.approx(one_sided, rel=0.02)
+    assert found.limits()[1] / values.std(ddof=1) == pytest.approx(one_sided, rel=0.02)
 
 
 def test_units_that_scatter_as_their_fits_do_differ_by_nothing() -> None:

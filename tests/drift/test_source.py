@@ -1,14 +1,17 @@
 """Values are read of tables and workspaces alike, and the force over units is that of their models."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import mrfit
-from mrfit.drift.source import read_values
+from mrfit.drift.source import completed, read_table, read_values, values_of_table
 from mrfit.errors import ConfigError, DataError
+from mrfit.export.ssv import NAMESPACE
 from mrfit.settings.drift import Settings
 from tests import commands
 from tests.batch.logs import AMPLITUDE, FREQUENCY, write_log
@@ -34,7 +37,8 @@ def test_a_table_and_its_workspaces_give_the_same(batch: Path) -> None:
     for one, other in zip(of_table, of_folders, strict=True):
         assert (one.parameter, one.role, one.log_scale) == (other.parameter, other.role, other.log_scale)
         assert one.value == pytest.approx(other.value) and one.variance == pytest.approx(other.variance)
-        assert one.covariates["date"] == other.covariates["date"]
+        for name in ("date", "frequency", "amplitude"):
+            assert one.covariates[name] == pytest.approx(other.covariates[name])
 
 
 def test_the_ends_of_the_force_are_those_of_the_units(batch: Path) -> None:
@@ -58,6 +62,45 @@ def test_the_command_writes_its_files_and_prints_what_they_say(batch: Path) -> N
     assert {p.name for p in (batch / "out").iterdir()} == {"drift.html", "drift.csv", "drift.json"}
     shown = commands.text(batch, *words)
     assert "Drift: 4 units, 4 tests; 0 drifts, 0 units that stand out" in shown.stdout
+
+
+def test_units_are_drawn_as_the_fits_scatter(batch: Path) -> None:
+    words = ("drift", "fleet", "--unit", "{unit}_2026*", "--draws", "60", "--out", "drawn")
+    done = commands.text(batch, *words)
+    assert done.returncode == 0, done.stderr
+    files = sorted((batch / "drawn" / "ssv").iterdir())
+    assert len(files) == 60
+    before = files[7].read_bytes()
+    commands.text(batch, *words)
+    assert files[7].read_bytes() == before
+    drawn = []
+    for one in files:
+        rows = ElementTree.parse(one).getroot().iter(f"{{{NAMESPACE}}}Parameter")
+        drawn.append({r.attrib["name"]: float(r[0].attrib["value"]) for r in rows})
+    forces = np.log([d["fy"] for d in drawn])
+    fitted = [v for v in read_values([batch / "fleet"], Settings()) if v.parameter == "fy"]
+    # four units that differ by no more than their fits leave open: draws scatter as their mean does
+    error = np.sqrt(np.mean([v.variance for v in fitted]) / len(fitted))
+    assert np.median(forces) == pytest.approx(np.mean([v.value for v in fitted]), abs=error)
+    assert 0.6 * error < np.subtract(*np.percentile(forces, [75, 25])) / 1.35 < 2.0 * error
+    refused = commands.text(batch, "drift", "fleet/batch.parquet", "--draws", "3", "--out", "none")
+    assert refused.returncode == 2 and "it takes fits (no tables)" in refused.stderr
+
+
+def test_what_cannot_be_compared_is_one_line(batch: Path, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="one fit of every condition: there is nothing to compare it with"):
+        read_values([next((batch / "fleet").rglob("fits")).parent], Settings())
+    with pytest.raises(ConfigError, match="--over pressure: no fit states it; there are"):
+        read_values([batch / "fleet"], Settings(over=("pressure",)))
+    table = read_table(batch / "fleet/batch.parquet")
+    table["log"] = [f"unit{k}" for k in table.groupby("log").ngroup()]
+    with pytest.raises(ConfigError, match="no log has one in its name"):
+        completed(values_of_table(table), Settings(over=("date",)))
+    with pytest.raises(DataError, match="no column covariance, nor low and high"):
+        values_of_table(table.drop(columns=["covariance", "low"]))
+    other = [replace(v, model=m) for v, m in zip(values_of_table(table), ("tanh", "bingham"), strict=False)]
+    with pytest.raises(DataError, match="fits of several models, bingham, tanh"):
+        completed(other, Settings())
 
 
 def test_what_holds_no_fit_is_refused(tmp_path: Path) -> None:

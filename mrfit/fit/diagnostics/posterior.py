@@ -9,6 +9,7 @@ which needs no gradient and follows a ridge.
 """
 
 import math
+from collections.abc import Callable, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +18,12 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.profile import residual_power, variance_factors
-from mrfit.fit.diagnostics.uncertainty import RANK_TOLERANCE, Linearisation, Uncertainty, sensitivities
+from mrfit.fit.diagnostics.uncertainty import RANK_TOLERANCE, Linearisation, Uncertainty, analyse, sensitivities
 from mrfit.io.schemas.band import Refits
 from mrfit.search.cube import Cube
 from mrfit.search.problem import LeastSquaresProblem
+from mrfit.search.reparametrised import reduced_problem
+from mrfit.simulate.assembly import Assembly
 
 WALKERS_PER_PARAMETER, FEWEST_WALKERS = 4, 16
 STEPS_AT_ONCE, MOST_POSTERIOR_STEPS = 500, 4000
@@ -32,7 +35,9 @@ WIDEST_START = 0.2
 PROPOSAL_WIDER, PROPOSAL_DEGREES = 1.2, 8.0
 """Width of the proposal over that of the fit's covariance, and the most degrees of freedom it has."""
 PROPOSALS, EFFECTIVE_DRAWS = 4000, 1000.0
-"""Draws of the proposal, and how many independent ones they have to be worth."""
+"""Most draws of the proposal, and how many independent ones they have to be worth."""
+FEWEST_TO_FOLLOW = 10
+"""Effective draws a parameter from which a proposal can be made of them."""
 OPEN_SHARE = 0.9
 """Share of the bounds from which on a 95 % interval says nothing."""
 
@@ -98,6 +103,42 @@ def posterior_density(
     return PosteriorDensity(posed, point, left[:, kept], np.linalg.inv(gamma), variance, max(uncertainty.degrees, 3.0))
 
 
+def draws_of_fit(
+    posed: LeastSquaresProblem,
+    point: Array,
+    known: tuple[Uncertainty, Linearisation],
+    linearised_at: Callable[[Assembly, Cube, Array], Linearisation],
+    rng: np.random.Generator,
+) -> Array:
+    """Return draws (D, F) in the cube of a fit, made in the model's reduced parameters where these are fewer.
+
+    Parameters
+    ----------
+    posed, point
+        Folded blocks that were fitted, and the optimum.
+    known
+        Uncertainty and linearised fit there.
+    linearised_at
+        Linearises the fit in other parameters.
+    rng
+        What draws.
+    """
+    uncertainty, linearised = known
+    found = reduced_problem(posed)
+    if found is None or len(found[1].cube.free) == len(point):
+        return posterior_draws(posterior_density(posed, point, uncertainty, linearised), uncertainty, rng)
+    less, way = found
+    reduced_point = way.cube.to_points(way.reduced.reduce(posed.cube.to_theta(point[None, :])))[0]
+    linearised = linearised_at(less.assembly, less.cube, reduced_point)
+    uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods, linearised.share)
+    draws = posterior_draws(posterior_density(less, reduced_point, uncertainty, linearised), uncertainty, rng)
+    theta = way.reduced.restore(way.cube.to_theta(draws))
+    low, high = np.array([(p.low, p.high) for p in posed.cube.params]).T
+    within = np.all((theta >= low) & (theta <= high), axis=1)
+    # an optimum at a bound has none beyond it; where the inverse leaves the bounds for all, these say nothing
+    return posed.cube.to_points(theta[within] if within.any() else theta)
+
+
 def posterior_draws(density: PosteriorDensity, uncertainty: Uncertainty, rng: np.random.Generator) -> Array:
     """Return draws (D, F) of the posterior in the cube.
 
@@ -108,24 +149,48 @@ def posterior_draws(density: PosteriorDensity, uncertainty: Uncertainty, rng: np
     """
     least = float(density.costs(density.point[None, :])[0])
     open_ways = uncertainty.null * np.minimum(uncertainty.spreads[uncertainty.open], WIDEST_START)
-    covariance = uncertainty.covariance + open_ways @ open_ways.T
-    widths = np.linalg.cholesky(covariance + 1e-12 * np.trace(covariance) * np.eye(len(covariance)))
-    found = _weighted_draws(density, PROPOSAL_WIDER * widths, least, rng)
+    widths = _root(uncertainty.covariance + open_ways @ open_ways.T)
+    found = _weighted_draws(density, density.point, widths, least, rng)
     return _ensemble_draws(density, widths, least, rng) if found is None else found
 
 
-def _weighted_draws(density: PosteriorDensity, widths: Array, least: float, rng: np.random.Generator) -> Array | None:
-    """Return draws (D, F) by importance; None where their weights are too uneven."""
-    free, degrees = len(density.point), min(density.degrees, PROPOSAL_DEGREES)
-    along = rng.standard_normal((PROPOSALS, free)) / np.sqrt(rng.chisquare(degrees, (PROPOSALS, 1)) / degrees)
-    points = density.point + along @ widths.T
-    proposed = -0.5 * (degrees + free) * np.log1p(np.sum(along**2, axis=1) / degrees)
-    parts = np.array_split(points, PROPOSALS // STEPS_AT_ONCE)
-    logarithms = np.concatenate([density.logarithms(part, least) for part in parts]) - proposed
-    weights = np.exp(logarithms - logarithms.max())
-    if weights.sum() ** 2 < EFFECTIVE_DRAWS * np.sum(weights**2):
+def _weighted_draws(
+    density: PosteriorDensity,
+    centre: Array,
+    widths: Array,
+    least: float,
+    rng: np.random.Generator,
+    *,
+    again: bool = True,
+) -> Array | None:
+    """Return draws (D, F) by importance, of a proposal that follows the first draws where those were too uneven.
+
+    None where its weights are too uneven as well.
+    """
+    free, degrees = len(centre), min(density.degrees, PROPOSAL_DEGREES)
+    points, logarithms, effective = np.empty((0, free)), np.empty(0), 0.0
+    while len(points) < PROPOSALS and effective < EFFECTIVE_DRAWS:
+        shape = STEPS_AT_ONCE, free
+        along = rng.standard_normal(shape) / np.sqrt(rng.chisquare(degrees, (STEPS_AT_ONCE, 1)) / degrees)
+        part = centre + PROPOSAL_WIDER * along @ widths.T
+        proposed = -0.5 * (degrees + free) * np.log1p(np.sum(along**2, axis=1) / degrees)
+        points = np.concatenate([points, part])
+        logarithms = np.concatenate([logarithms, density.logarithms(part, least) - proposed])
+        weights = np.exp(logarithms - logarithms.max())
+        weights /= weights.sum()
+        effective = 1.0 / float(np.sum(weights**2))
+    if effective >= EFFECTIVE_DRAWS:
+        return points[rng.choice(len(points), PROPOSALS, p=weights)]
+    if not again or effective < FEWEST_TO_FOLLOW * free:
         return None
-    return points[rng.choice(PROPOSALS, PROPOSALS, p=weights / weights.sum())]
+    centre = weights @ points
+    spread = (points - centre).T * weights @ (points - centre)
+    return _weighted_draws(density, centre, _root(spread), least, rng, again=False)
+
+
+def _root(covariance: Array) -> Array:
+    """Return a triangle L with L·Lᵀ = covariance (F, F), which may be singular."""
+    return np.linalg.cholesky(covariance + 1e-12 * np.trace(covariance) * np.eye(len(covariance)))
 
 
 def _ensemble_draws(density: PosteriorDensity, widths: Array, least: float, rng: np.random.Generator) -> Array:
@@ -167,10 +232,9 @@ def posterior_intervals(posed: LeastSquaresProblem, draws: Array) -> dict[str, B
     }
 
 
-def posterior_rows(cube: Cube, draws: Array) -> Refits:
-    """Return some of the draws (D, F) as parameters, for figures."""
+def posterior_rows(cube: Cube, draws: Array, known: Set[str]) -> Refits:
+    """Return some of the draws (D, F) as parameters that the data determine, for figures."""
     chosen = draws[np.linspace(0, len(draws) - 1, min(POSTERIOR_KEPT, len(draws))).astype(np.int64)]
-    names = [cube.params[k].name for k in cube.free]
-    return Refits(
-        names=names, rows=cube.to_theta(chosen)[:, cube.free].tolist(), factor=1.0, degrees=float(len(chosen))
-    )
+    kept = [k for k in cube.free if cube.params[k].name in known]
+    names = [cube.params[k].name for k in kept]
+    return Refits(names=names, rows=cube.to_theta(chosen)[:, kept].tolist(), factor=1.0, degrees=float(len(chosen)))

@@ -13,7 +13,7 @@ from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
 from mrfit.fit.diagnostics.bootstrap import bootstrap_intervals, replicated
 from mrfit.fit.diagnostics.identifiability import judge
-from mrfit.fit.diagnostics.posterior import posterior_density, posterior_draws, posterior_intervals, posterior_rows
+from mrfit.fit.diagnostics.posterior import draws_of_fit, posterior_intervals, posterior_rows
 from mrfit.fit.diagnostics.profile import ProfiledParameter, profiled
 from mrfit.fit.diagnostics.remainders import fitted_remainders, left_out
 from mrfit.fit.diagnostics.repeats import repeat_rows
@@ -88,11 +88,17 @@ def trust(
         profiles = profiled(folded, point, uncertainty, linearised)
         parameters = with_intervals(parameters, {p.profile.name: p.interval for p in profiles})
     elif intervals == "posterior":
-        density = posterior_density(folded, point, uncertainty, linearised)
-        points = posterior_draws(density, uncertainty, rng)
+        points = draws_of_fit(
+            folded,
+            point,
+            (uncertainty, linearised),
+            lambda model, own, at: linearise(group, model, own, at, weight),
+            rng,
+        )
         drawn = posterior_intervals(folded, points)
+        drawn = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, drawn), with_intervals(derived, drawn)
-        draws = posterior_rows(cube, points)
+        draws = posterior_rows(cube, points, known)
     readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
     refits, unseen = left_out(group, assembly, cube, point, weight)

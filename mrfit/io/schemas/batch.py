@@ -28,8 +28,8 @@ class OfCondition(Entry):
     ----------
     condition
         Its name.
-    current
-        Coil current in A that the test held; None where it held none.
+    current, frequency, amplitude
+        Coil current in A that the test held, and its motion in Hz and SI; None where it held none.
     nrmse, nrmse_holdout
         RMS error over the measured range, in training and on held-out data; None where there is none.
     warnings
@@ -42,6 +42,8 @@ class OfCondition(Entry):
 
     condition: str
     current: Number | None = None
+    frequency: Number | None = None
+    amplitude: Number | None = None
     nrmse: Number | None = None
     nrmse_holdout: Number | None = None
     warnings: list[str] = field(default_factory=list)

@@ -126,7 +126,7 @@ class DriftFile(Document):
 
     Attributes
     ----------
-    over, unit, at
+    over, unit, at, draws, seed
         As they were asked for.
     units, tests
         How many there are.
@@ -145,6 +145,8 @@ class DriftFile(Document):
     over: list[str]
     unit: str = ""
     at: str = ""
+    draws: int = 0
+    seed: int = 0
     units: int
     tests: int
     parameters: list[ParameterOverUnits]
