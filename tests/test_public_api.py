@@ -160,7 +160,7 @@ def test_modules_of_a_room_are_imported_by_every_form_of_import() -> None:
         "import mrfit.discover; assert callable(mrfit.discover)",
         "assert a is b is c is d and callable(mrfit.fit)",
     )
-    subprocess.run([sys.executable, "-c", "; ".join(lines)], check=True)
+    assert subprocess.run([sys.executable, "-c", "; ".join(lines)], check=False).returncode == 0
 
 
 @pytest.mark.parametrize("name", ["fit", "discover", "compare", "read"])

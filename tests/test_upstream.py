@@ -18,6 +18,7 @@ from mrfit.cli import output, pipeline
 from mrfit.core.progress import silent
 from mrfit.ingest.readers import delimited
 from mrfit.io.keys import discovery_key, fit_key
+from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
 
@@ -78,7 +79,7 @@ class Study:
         return Fit(**made, key=key, settings={"model": "bingham"})
 
     def outdated(self, key: str) -> list[str]:
-        return list(Workspace(self.work).outdated([self.fit(key)]))
+        return list(Inputs(Workspace(self.work)).of_fits([self.fit(key)]))
 
 
 HELD = mrfit.segment.stage.Settings(holdout="none")

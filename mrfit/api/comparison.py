@@ -8,7 +8,7 @@ from mrfit.api.fitting import FitResult
 from mrfit.api.options import Options, check_names, settings_of, with_options
 from mrfit.api.preparing import STAGE_SETTINGS, PreparedSegments, as_asked, prepared
 from mrfit.api.threads import one_blas_thread
-from mrfit.api.words import frame_of, html_page, html_table, text_table
+from mrfit.api.words import PrintableResult, frame_of
 from mrfit.compare import optimizers as compare_optimizers
 from mrfit.compare import stage as compare_stage
 from mrfit.core.arguments import check_arguments
@@ -30,7 +30,7 @@ TRAINING = ("train_nrmse", "train_fit_percent", "seconds")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Comparison:
+class Comparison(PrintableResult):
     """Models ranked by their error on held-out data, output by output.
 
     Attributes
@@ -73,23 +73,13 @@ class Comparison:
         content: dict[str, Any] = plain(self.content)
         return content
 
-    def __repr__(self) -> str:
-        return "\n".join([self._title, text_table(self.table), *self._said])
-
-    def _repr_html_(self) -> str:
-        return html_page(self._title, [html_table(self.table)], self._said)
-
-    @property
-    def _title(self) -> str:
-        return "Models, the best on held-out data first"
-
-    @property
-    def _said(self) -> list[str]:
-        return [f"left out {model}: {reason}" for model, reason in self.left_out.items()]
+    def _parts(self) -> "tuple[str, list[DataFrame], list[str]]":
+        said = [f"left out {model}: {reason}" for model, reason in self.left_out.items()]
+        return "Models, the best on held-out data first", [self.table], said
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class OptimizerComparison:
+class OptimizerComparison(PrintableResult):
     """Optimizers on one model.
 
     Attributes
@@ -110,16 +100,9 @@ class OptimizerComparison:
         content: dict[str, Any] = plain(self.content)
         return content
 
-    def __repr__(self) -> str:
-        return f"{self._title}\n{text_table(self.table)}"
-
-    def _repr_html_(self) -> str:
-        return html_page(self._title, [html_table(self.table)], [])
-
-    @property
-    def _title(self) -> str:
+    def _parts(self) -> "tuple[str, list[DataFrame], list[str]]":
         settings = self.content.settings
-        return f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
+        return f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error", [self.table], []
 
 
 @overload

@@ -10,7 +10,7 @@ from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.preparing import STAGE_SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
-from mrfit.api.words import frame_of, html_page, html_table, text_table
+from mrfit.api.words import PrintableResult, frame_of, text_table
 from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.discover import stage as discover_stage
@@ -28,7 +28,7 @@ OPENINGS = {"ambiguous": "to tell {} apart: ", "insufficient-data": "to reach a 
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Discovery:
+class Discovery(PrintableResult):
     """Effects that a model lacks, with the evidence for them.
 
     Attributes
@@ -114,30 +114,23 @@ class Discovery:
         write_json(Path(path), self.to_json())
 
     def __repr__(self) -> str:
-        table = [text_table(self._table)] if self.effects else []
-        return "\n".join([headline(self.content), *self._said, *table])
+        title, tables, said = self._parts()
+        return "\n".join([title, *said, *map(text_table, tables)])
 
-    def _repr_html_(self) -> str:
-        tables = [html_table(self._table)] if self.effects else []
-        return html_page(headline(self.content), tables, self._said)
-
-    @property
-    def _said(self) -> list[str]:
+    def _parts(self) -> "tuple[str, list[DataFrame], list[str]]":
         found = self.content
         opening = OPENINGS.get(self.verdict, "").format(", ".join(self.ambiguous_set))
         # too few data: the sentences are the advice
         advice = [f"{opening}{text}" for text in self.advice] if self.verdict == "ambiguous" else []
         go_on = [f"go on with the model {self.augmented_model}"] if next_step(found) else []
-        return [*sentences(found), *other_law_sentences(found), *advice, *go_on]
-
-    @property
-    def _table(self) -> "DataFrame":
+        said = [*sentences(found), *other_law_sentences(found), *advice, *go_on]
         rows = [
             {"effect": e.name, "parameter": p.name, "value": p.value, "unit": p.unit, "low": p.low, "high": p.high}
             for e in self.effects
             for p in e.parameters
         ]
-        return frame_of(rows, ("effect", "parameter", "value", "unit", "low", "high"))
+        tables = [frame_of(rows, ("effect", "parameter", "value", "unit", "low", "high"))] if rows else []
+        return headline(found), tables, said
 
 
 @check_arguments

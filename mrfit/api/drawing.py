@@ -16,7 +16,7 @@ from mrfit.io.schemas.fit import Fit
 from mrfit.report.curves import worst_of_each
 from mrfit.report.discovery_figures import gap_canvas
 from mrfit.report.figures import LOOPS, Grid, history_figures, loop_figures, residual_figures
-from mrfit.report.source import Series, in_order
+from mrfit.report.source import OutputSeries, in_order
 from mrfit.report.svg import style
 from mrfit.search.parts import Blocks
 from mrfit.simulate.assembly import Assembly
@@ -29,7 +29,7 @@ Kind = Literal["loop", "time-history", "residual"]
 
 def series_of(
     blocks: Blocks, simulated: Sequence[Array], assembly: Assembly, unmeasured: Collection[str] = ()
-) -> list[Series]:
+) -> list[OutputSeries]:
     """Return measured and simulated output of every segment; a long one, fitted in pieces, is put together again.
 
     The measured output of segments that have none is nan.
@@ -46,17 +46,17 @@ def series_of(
         time, measured, output = (columns.pop(name) for name in ("time", "measured", "simulated"))
         if key[1] in unmeasured:
             measured = np.full_like(measured, np.nan)
-        found.append(Series(*key, time, measured, output, columns, frequencies[key]))
+        found.append(OutputSeries(*key, time, measured, output, columns, frequencies[key]))
     return found
 
 
-def predicted_series(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> list[Series]:
+def predicted_series(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> list[OutputSeries]:
     """Return the series of a prediction with their bands, as the logs' clocks have them, from the start of a record."""
     bands = widths(fit, found, assembly)
     return [replace(one, width=bands.get(one.segment)) for one in _on_the_clock(found, assembly)]
 
 
-def _on_the_clock(found: SegmentPrediction, assembly: Assembly) -> list[Series]:
+def _on_the_clock(found: SegmentPrediction, assembly: Assembly) -> list[OutputSeries]:
     """Return the series of a prediction on the clocks of the logs, from the start of a record that has no cycles."""
     steps = {part.segment.id: part.dt for part in found.blocks.parts}
     whole = []
@@ -77,7 +77,7 @@ def _on_the_clock(found: SegmentPrediction, assembly: Assembly) -> list[Series]:
     return whole
 
 
-def plot(fit: Fit, series: list[Series], kind: str, page: int = 0) -> "Figure":
+def plot(fit: Fit, series: list[OutputSeries], kind: str, page: int = 0) -> "Figure":
     """Return a figure of a fit, one panel a condition.
 
     Parameters
@@ -124,7 +124,7 @@ def gap_plot(found: DiscoveryFile) -> "Figure":
         return gap_canvas(found)
 
 
-def _grids(fit: Fit, shown: list[Series], kind: str) -> list[Grid]:
+def _grids(fit: Fit, shown: list[OutputSeries], kind: str) -> list[Grid]:
     if kind == "loop":
         channel = next((c for c in LOOPS.get(fit.output, ()) if all(c in s.inputs for s in shown)), None)
         return loop_figures(fit, shown, channel) if channel else history_figures(fit, shown)

@@ -1,46 +1,26 @@
 """Export of a fit in memory, as ``mrfit export`` does."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mrfit.api import drawing
-from mrfit.api.recordings import PathText, several
+from mrfit.api.recordings import several
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
-from mrfit.export import stage
 from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch, runs, source_of
-from mrfit.report.source import Series
-from mrfit.settings.export import Settings
+from mrfit.report.source import OutputSeries
 
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult
 
 
-def exported(
+def source_of_result(
     result: "FitResult",
-    folder: PathText,
-    to: str | Sequence[str],
-    settings: Settings,
-    *,
-    recordings: Recording | Iterable[Recording] | None,
-    condition: str,
-    without: str | Sequence[str],
-) -> stage.ExportedFiles:
-    """Write a fit in formats; see ``FitResult.export``."""
-    formats = [to] if isinstance(to, str) else list(to)
-    stage.check(formats)
-    left_out = [without] if isinstance(without, str) else list(without)
-    source = _source(result, recordings, condition, left_out)
-    return stage.run(source, formats, Path(folder), settings)
-
-
-def _source(
-    result: "FitResult",
-    recordings: Recording | Iterable[Recording] | None,
-    condition: str,
-    without: Sequence[str],
+    recordings: Recording | Iterable[Recording] | None = None,
+    condition: str = "",
+    without: Sequence[str] = (),
 ) -> ExportSource:
+    """Return the source of a fit in memory, with logs, or with those of the fit where they are at hand."""
     assembly = result.assembly
     if recordings is not None:
         logs = list(several(recordings))
@@ -62,12 +42,7 @@ def _source(
     return source_of(result.content, assembly, stretches, condition, without)
 
 
-def source_of_result(result: "FitResult") -> ExportSource:
-    """Return the source of a fit in memory, with its logs where they are at hand."""
-    return _source(result, None, "", ())
-
-
-def _stretches(series: Series, raw: Mapping[str, Array]) -> list[LogStretch]:
+def _stretches(series: OutputSeries, raw: Mapping[str, Array]) -> list[LogStretch]:
     whole = {n: v for n, v in raw.items() if len(v) == len(series.time)}
     found = []
     for run, dt in runs(series.time):

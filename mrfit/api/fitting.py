@@ -13,7 +13,7 @@ from mrfit.api.prediction import Prediction, predicted
 from mrfit.api.preparing import STAGE_SETTINGS, Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
-from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, parameters_of, text_table
+from mrfit.api.words import Caution, PrintableResult, errors_of, frame_of, parameters_of
 from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
@@ -24,7 +24,7 @@ from mrfit.fit.predict import stretch_of
 from mrfit.fit.proof import check_simulated
 from mrfit.io.bars import Heard, shown
 from mrfit.io.outdated import law_reason
-from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
+from mrfit.io.schemas.fit import Fit, FitPreparation, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
 from mrfit.settings.export import Settings as ExportSettings
@@ -44,7 +44,7 @@ FEW_SETS = 3
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class FitResult:
+class FitResult(PrintableResult):
     """Result of a fit.
 
     Attributes
@@ -225,41 +225,24 @@ class FitResult:
         DataError
             If the model has no form in a format.
         """
-        from mrfit.api.exporting import exported
+        from mrfit.api.exporting import source_of_result
+        from mrfit.export import stage
 
         check_names((ExportSettings,), options)
         settings = settings_of(ExportSettings, options)
-        return exported(self, folder, to, settings, recordings=recordings, condition=condition, without=without)
+        formats = [to] if isinstance(to, str) else list(to)
+        stage.check(formats)
+        left_out = [without] if isinstance(without, str) else list(without)
+        return stage.run(source_of_result(self, recordings, condition, left_out), formats, Path(folder), settings)
 
-    def __repr__(self) -> str:
-        sets = [text_table(parameters_of(r)) for r in self._few]
-        return "\n".join([self._title, text_table(self._errors), *sets, *self._said])
-
-    def _repr_html_(self) -> str:
-        sets = [html_table(parameters_of(r)) for r in self._few]
-        return html_page(self._title, [html_table(self._errors), *sets], self._said)
-
-    @property
-    def _title(self) -> str:
-        return f"{self.model} by {self.content.optimizer}, seed {self.content.seed}; errors of {self.output}"
-
-    @property
-    def _errors(self) -> "DataFrame":
-        return errors_of(self.content, [m for m in self.content.metrics if m.condition == "all"])
-
-    @property
-    def _few(self) -> list[Result]:
-        results = self.content.results
-        return results if len(results) <= FEW_SETS else results[:1]
-
-    @property
-    def _said(self) -> list[str]:
-        """Sentences printed below the tables."""
-        number = len(self.content.results)
-        more = (
-            [f"{number} sets of parameters, of which the first is shown: params has all"] if number > FEW_SETS else []
-        )
-        return [*more, *map(str, self.warnings)]
+    def _parts(self) -> "tuple[str, list[DataFrame], list[object]]":
+        title = f"{self.model} by {self.content.optimizer}, seed {self.content.seed}; errors of {self.output}"
+        errors = errors_of(self.content, [m for m in self.content.metrics if m.condition == "all"])
+        results, more = self.content.results, list[object]()
+        if len(results) > FEW_SETS:
+            more = [f"{len(results)} sets of parameters, of which the first is shown: params has all"]
+            results = results[:1]
+        return title, [errors, *map(parameters_of, results)], [*more, *self.warnings]
 
 
 @check_arguments

@@ -15,7 +15,7 @@ from mrfit.io.workspace import Workspace, check_name, checked, write_json
 from mrfit.report.curves import sheets
 from mrfit.report.key import TABLE_FORMATS
 from mrfit.report.prediction import figure_of
-from mrfit.report.source import Series, read_source
+from mrfit.report.source import OutputSeries, read_source
 from mrfit.report.svg import style
 from mrfit.simulate.assembly import Assembly
 
@@ -94,7 +94,7 @@ def save(
     return [str(path) for path in files]
 
 
-def _write_series(path: Path, suffix: str, series: Sequence[Series]) -> None:
+def _write_series(path: Path, suffix: str, series: Sequence[OutputSeries]) -> None:
     import pyarrow as pa
 
     made = []

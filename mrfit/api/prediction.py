@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from mrfit.api import drawing
 from mrfit.api.preparing import Preparation, prepared
 from mrfit.api.threads import one_blas_thread
-from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, text_table
+from mrfit.api.words import Caution, PrintableResult, errors_of, frame_of
 from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
 from mrfit.fit.band import promise
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.fit import Fit, MetricRow
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 from mrfit.simulate.assembly import Assembly
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Prediction:
+class Prediction(PrintableResult):
     """Errors of a fitted model on other logs, in free run.
 
     Attributes
@@ -109,7 +109,7 @@ class Prediction:
         return float(known["measured"].between(known["low"], known["high"]).mean()) if "low" in known else float("nan")
 
     @cached_property
-    def _series(self) -> list[Series]:
+    def _series(self) -> list[OutputSeries]:
         return drawing.predicted_series(self.fit, self.found, self.assembly)
 
     @check_arguments
@@ -117,23 +117,10 @@ class Prediction:
         """Return a figure: ``loop``, ``time-history`` with its band, or ``residual``; ``page`` where it has several."""
         return drawing.plot(replace(self.fit, metrics=self.found.metrics), self._series, kind, page)
 
-    def __repr__(self) -> str:
-        return "\n".join([self._title, text_table(self._shown), *map(str, self._said)])
-
-    def _repr_html_(self) -> str:
-        return html_page(self._title, [html_table(self._shown)], self._said)
-
-    @property
-    def _said(self) -> "list[str | Caution]":
-        return [f"95 % band: {self.promise}", *self.findings, *self.warnings]
-
-    @property
-    def _title(self) -> str:
-        return f"Prediction of {self.fit.output} by {self.fit.name}"
-
-    @property
-    def _shown(self) -> "DataFrame":
-        return errors_of(replace(self.fit, metrics=self.found.metrics), self.found.metrics)
+    def _parts(self) -> "tuple[str, list[DataFrame], list[object]]":
+        errors = errors_of(replace(self.fit, metrics=self.found.metrics), self.found.metrics)
+        said: list[object] = [f"95 % band: {self.promise}", *self.findings, *self.warnings]
+        return f"Prediction of {self.fit.output} by {self.fit.name}", [errors], said
 
 
 def predicted(

@@ -95,6 +95,22 @@ def html_page(title: str, tables: Sequence[str], sentences: Sequence[object]) ->
     return f"<p><b>{html.escape(visible(title))}</b></p>{''.join(tables)}" + (f"<ul>{said}</ul>" if said else "")
 
 
+class PrintableResult:
+    """Result that is text on a terminal and HTML in a notebook."""
+
+    def _parts(self) -> "tuple[str, Sequence[DataFrame], Sequence[object]]":
+        """Return its title, its tables, and sentences below these."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        title, tables, said = self._parts()
+        return "\n".join([title, *map(text_table, tables), *map(str, said)])
+
+    def _repr_html_(self) -> str:
+        title, tables, said = self._parts()
+        return html_page(title, [*map(html_table, tables)], said)
+
+
 def _shown(frame: "DataFrame", clean: Any) -> "DataFrame":
     """Return a data frame without what would steer a terminal, its index as its first column where it has a name."""
     whole = frame.reset_index() if frame.index.name else frame

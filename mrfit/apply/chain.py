@@ -35,7 +35,7 @@ PLAIN_LAW, LOG_LAW, BOUNDED_LAW = range(3)
 WIRED = 16
 
 
-class Places(NamedTuple):
+class ChainPlaces(NamedTuple):
     """Places and sizes in the arrays of a chain.
 
     Attributes
@@ -89,7 +89,7 @@ class DamperChain(NamedTuple):
     params: Array
     laws: Any
     pieces: Any
-    places: Places
+    places: ChainPlaces
 
 
 class Trial(NamedTuple):

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
-from mrfit.apply.solving import ABOVE, BELOW, BETWEEN, REACHED, Inverse, Limits, commanded, solved
+from mrfit.apply.solving import ABOVE, BELOW, BETWEEN, REACHED, CommandLimits, Inverse, commanded, solved
 from mrfit.apply.stepper import Channels, Stepper
 from mrfit.core import registry
 from mrfit.core.specs import Array
@@ -67,7 +67,7 @@ class Inverter:
         one = self.amplifier
         least = self.damper.low if one.least is None else one.least
         limits = (least, one.most * self.damper.high, one.rate, one.voltage, one.resistance, one.inductance)
-        known = Limits(*(float(np.nan if v is None else v) for v in limits))
+        known = CommandLimits(*(float(np.nan if v is None else v) for v in limits))
         self.inverse = Inverse(grid, count, self.explicit, bool(stepper.lagging), known)
 
     def solve(self, state: Array, channels: Channels, dt: float, desired: Array) -> Solution:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.apply import chain as columns
-from mrfit.apply.chain import DamperChain, Places
+from mrfit.apply.chain import ChainPlaces, DamperChain
 from mrfit.apply.damper import Damper
 from mrfit.apply.plain import entry_for
 from mrfit.core import registry
@@ -135,7 +135,7 @@ class DamperProgram:
         ends = 2 * columns.WIRED + 2 * count
         dependence = self._damper.dependence
         low, high = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
-        places = Places(
+        places = ChainPlaces(
             number, current, count, low, high, (own[0], own[1]), (block[0], block[1]), small, self._place, held,
             held and current not in lagging, length, moved, lag, ends, ends + 4 * number,
         )  # fmt: skip

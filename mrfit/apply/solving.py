@@ -24,7 +24,7 @@ _SHARE = (math.sqrt(5.0) - 1.0) / 2.0
 Ends = tuple[float, float, float, float]
 
 
-class Limits(NamedTuple):
+class CommandLimits(NamedTuple):
     """Limits of the command: least and greatest in A, rate in A/s, coil and amplifier in V, ohm and H; nan for none."""
 
     low: float
@@ -52,7 +52,7 @@ class Inverse(NamedTuple):
     points: int
     explicit: bool
     lagging: bool
-    limits: Limits
+    limits: CommandLimits
 
 
 @kernel

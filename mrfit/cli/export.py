@@ -1,6 +1,6 @@
 """The command that takes a fit out of the tool."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import mrfit.settings.export
-from mrfit.cli import console, names, output
+from mrfit.cli import console, names
 from mrfit.cli.options import CommandAnswer, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
@@ -119,7 +119,14 @@ def show(summary: "Exported") -> None:
     for row in summary.formats:
         for text in row.said:
             console.say(f"{row.format}: {text}")
-    output.outdated({summary.fit: "; ".join(summary.outdated)})
+    outdated({summary.fit: "; ".join(summary.outdated)})
+
+
+def outdated(reasons: Mapping[str, str]) -> None:
+    """Print the reasons of fits that are out of date, by name; an empty reason prints nothing."""
+    for name, reason in reasons.items():
+        if reason:
+            console.say(f"  warning outdated: {name}: {reason}: fit again")
 
 
 def _few(names: Sequence[str]) -> str:

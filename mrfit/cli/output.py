@@ -1,7 +1,7 @@
 """Output of each command for a person."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -213,20 +213,13 @@ def predict(summary: Summary) -> None:
         say(f"  {segment_id}: parameters of {condition}{nearest}")
     say(f"95 % band: {summary['band']}")
     _say_once(summary["findings"])
-    outdated({summary["fit"]: "; ".join(summary["reasons"])})
+    export.outdated({summary["fit"]: "; ".join(summary["reasons"])})
     _whole_warnings(summary)
     if summary.get("files"):
         say(f"Files: {', '.join(summary['files'])}")
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
     conclude(in_one_line.predict(summary))
-
-
-def outdated(reasons: Mapping[str, str]) -> None:
-    """Print the reasons of fits that are out of date, by name; an empty reason prints nothing."""
-    for name, reason in reasons.items():
-        if reason:
-            say(f"  warning outdated: {name}: {reason}: fit again")
 
 
 def compare_models(summary: Summary, work: Path) -> None:
@@ -350,7 +343,7 @@ def advise(summary: Summary) -> None:
 
 def report(summary: Summary, work: Path) -> None:
     """Print the path of the report, and those of its fits that are older than the data."""
-    outdated(summary["reasons"])
+    export.outdated(summary["reasons"])
     _notes(summary)
     conclude(f"Report{_state(summary)}: {summary['index']}")
 
@@ -424,7 +417,7 @@ def check_exports(summary: Summary) -> None:
 
 def figure(summary: Summary) -> None:
     """Print the place of a figure, the conditions not in it, and why its fits are out of date."""
-    outdated(summary["outdated"])
+    export.outdated(summary["outdated"])
     say(f"Figure of {summary['kind']}, {summary['width']} wide: {', '.join(summary['files'])}")
     if left_out := summary["left_out"]:
         say(

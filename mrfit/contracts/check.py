@@ -50,7 +50,7 @@ def need(holds: object, text: str) -> None:
 
     Raises
     ------
-    Broken
+    ContractBreach
         If it does not.
     """
     if not holds:
@@ -62,7 +62,7 @@ def need_close(found: Array, wanted: Array, share: float, floor: float, what: st
 
     Raises
     ------
-    Broken
+    ContractBreach
         If they are, or their shapes differ; the message has the largest difference.
     """
     need(found.shape == wanted.shape, f"{what}: shape {found.shape} instead of {wanted.shape}")

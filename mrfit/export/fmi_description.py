@@ -27,10 +27,16 @@ class Variable:
     boolean: bool = False
 
 
+def start_of(source: ExportSource, name: str) -> float:
+    """Return an input's start value: 0, or the nearest to it that the fit has seen of what is held at a level."""
+    if name not in ("temperature", "current") or name not in source.ranges:
+        return 25.0 if name == "temperature" else 0.0
+    low, high = source.ranges[name]
+    return min(max(0.0, low), high)
+
+
 def variables_of(source: ExportSource) -> list[Variable]:
     """Return inputs, outputs and parameters in the order of their value references."""
-    from mrfit.export.fmu import start_of
-
     found = list[Variable]()
     for k, name in enumerate(source.channels):
         start, text = number(start_of(source, name)), channel_text(source, name)

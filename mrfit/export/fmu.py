@@ -19,7 +19,7 @@ from mrfit.export.c import compared, notes_of, rendered, user_inputs
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import compiled, required, run_compiler
-from mrfit.export.fmi_description import build_description, model_description
+from mrfit.export.fmi_description import build_description, model_description, start_of
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
@@ -109,14 +109,6 @@ def wrapped_sources(source: ExportSource, parts: Parts, cost: Cost, settings: Se
         text = template.render(context, absent=_absent(text, files["fmi3FunctionTypes.h"]))
     files[f"fmi{settings.fmi}.c"] = re.sub(r"\n{3,}", "\n\n", text).lstrip("\n")
     return files
-
-
-def start_of(source: ExportSource, name: str) -> float:
-    """Return an input's start value: 0, or the nearest to it that the fit has seen of what is held at a level."""
-    if name not in ("temperature", "current") or name not in source.ranges:
-        return 25.0 if name == "temperature" else 0.0
-    low, high = source.ranges[name]
-    return min(max(0.0, low), high)
 
 
 def _absent(written: str, header: str) -> list[tuple[str, list[dict[str, str]]]]:

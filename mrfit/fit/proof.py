@@ -18,7 +18,7 @@ from mrfit.fit.identify import measured_output, split_parts
 from mrfit.fit.result import simulate_block
 from mrfit.fit.select import load_recordings
 from mrfit.io.keys import PLUGIN, law_code
-from mrfit.io.outdated import law_reason, refusal
+from mrfit.io.outdated import Inputs, law_reason, refusal
 from mrfit.io.residuals import read_residuals
 from mrfit.io.schemas.fit import Fit, Result
 from mrfit.io.workspace import Workspace
@@ -62,7 +62,7 @@ def lawful(workspace: Workspace, fit: Fit, compare: bool = False) -> Fit:
             said.append("an older mrfit's, which does not state its code, and not compared with what it simulated")
         if difference is not None and (changed or not fit.law):
             said.append(f"{changed or 'an older mrfit made it'}; this code simulates the same as the fit did")
-    reason = workspace.outdated([fit]).get(fit.name, "")
+    reason = Inputs(workspace).of_fits([fit]).get(fit.name, "")
     if reason and not (changed and reason == changed):
         said.append(reason)
     return replace(fit, outdated=said, law=law_code(fit.model) if changed else fit.law)

@@ -9,7 +9,7 @@ import numpy as np
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.io.keys import content_of
-from mrfit.io.workspace import plain
+from mrfit.io.schemas.reading import plain
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,14 +22,14 @@ from mrfit.core.counting import number_of
 from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.errors import ConfigError, DataError, MissingResource
 from mrfit.io.atomic import refuse_link, write_atomic
-from mrfit.io.escapes import encodable, visible_in_page
+from mrfit.io.escapes import visible_in_page
 from mrfit.io.faults import plain_fault
 from mrfit.io.footer import key_value_metadata
 from mrfit.io.keys import content_of, file_digest, stamp
 from mrfit.io.memory import check_room
-from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import Document, Entry, File, load, of_json, of_row, parsed
+from mrfit.io.schemas.reading import Document, File, load, of_json, of_row, parsed
+from mrfit.io.schemas.reading import plain as plain
 from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
 from mrfit.io.unreadable import UNREADABLE, reading
 
@@ -54,24 +54,6 @@ REMOVED = ".mrfit-removed-"
 LOCK_SECONDS = 600.0
 CONTENT = "mrfit.content"
 """Name in a recording's metadata of the hash of its content."""
-
-
-def plain(value: object) -> Any:
-    """Return ``value`` as JSON can hold it: documents as objects, arrays as lists, non-finite numbers as null."""
-    if isinstance(value, str):
-        return encodable(value)
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Entry):
-        return {name: plain(getattr(value, name)) for name in value.written()}
-    if is_dataclass(value) and not isinstance(value, type):
-        return plain(asdict(value))
-    if isinstance(value, Mapping):
-        return {encodable(str(k)): plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple, set)):
-        return [plain(v) for v in value]
-    # arrays and numbers of numpy
-    return plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
 def checked(document: File) -> File:
@@ -505,10 +487,6 @@ class Workspace:
     def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, str], list[Segment]]:
         """Return the hashes that results depend on: the content of the segments' recordings by id, and the segments."""
         return self.contents((s.recording for s in segments), self.latest), list(segments)
-
-    def outdated(self, fits: Iterable[Fit]) -> dict[str, str]:
-        """Return the reasons for which fits are out of date, by their names."""
-        return Inputs(self).of_fits(fits)
 
     def stored_fit(self, name: str) -> Fit | None:
         """Return the content of a named fit's fit.json, to show it: whether its law is the one here is not asked.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mrfit.core.specs import Array
 from mrfit.report.numbers import natural, unit_html
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 
 CURVE_PANELS = 12
 CYCLES = 2.0
@@ -80,7 +80,7 @@ def unit_extent(values: Array) -> Array:
     return values / extent if extent > 0.0 else np.zeros_like(values)
 
 
-def shown_cycles(series: Series, cycles: float = CYCLES) -> slice:
+def shown_cycles(series: OutputSeries, cycles: float = CYCLES) -> slice:
     """Return the samples of the first cycles, or all where the test is not periodic."""
     if series.frequency <= 0.0:
         return slice(None)
@@ -88,14 +88,14 @@ def shown_cycles(series: Series, cycles: float = CYCLES) -> slice:
     return slice(0, int(np.searchsorted(series.time - series.time[0], seconds, side="right")))
 
 
-def worst_of_each(series: Sequence[Series]) -> list[Series]:
+def worst_of_each(series: Sequence[OutputSeries]) -> list[OutputSeries]:
     """Return for every condition its part with the largest RMS residual, conditions in natural order."""
     ordered = sorted(series, key=lambda s: (natural(s.condition), s.segment, s.role))
     by_condition = groupby(ordered, key=lambda s: s.condition)
     return [max(parts, key=lambda s: s.error if math.isfinite(s.error) else math.inf) for _, parts in by_condition]
 
 
-def sheets(series: Sequence[Series]) -> list[list[Series]]:
+def sheets(series: Sequence[OutputSeries]) -> list[list[OutputSeries]]:
     """Return series in groups of at most 12 for one figure each.
 
     Conditions that share all but the last part of their name (``sine-1Hz-1A`` … ``sine-1Hz-5A``) are a family. More
@@ -104,7 +104,7 @@ def sheets(series: Sequence[Series]) -> list[list[Series]]:
     """
     if len(series) <= CURVE_PANELS:
         return [list(series)]
-    pieces: list[list[Series]] = []
+    pieces: list[list[OutputSeries]] = []
     for _, group in groupby(series, key=family):
         members = list(group)
         edges = np.linspace(0, len(members), -(-len(members) // CURVE_PANELS) + 1).astype(np.int64)
@@ -120,7 +120,7 @@ def sheets(series: Sequence[Series]) -> list[list[Series]]:
     return merged
 
 
-def family(series: Series) -> str:
+def family(series: OutputSeries) -> str:
     """Return all but the last part of a condition's name."""
     return series.condition.rpartition("-")[0]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
-from mrfit.report.source import Source
+from mrfit.report.source import ReportSource
 
 PHYSICAL = (
     "velocity-differs",
@@ -44,7 +44,7 @@ class Doubt:
     total: int
 
 
-def doubts(fit: Fit, source: Source) -> list[Doubt]:
+def doubts(fit: Fit, source: ReportSource) -> list[Doubt]:
     """Return the findings on channels that a fit used, one row for each kind and channel."""
     used = _recordings(fit, source)
     channels = {"", fit.output, *fit.inputs}
@@ -60,7 +60,7 @@ def doubts(fit: Fit, source: Source) -> list[Doubt]:
     return rows
 
 
-def _recordings(fit: Fit, source: Source) -> Sequence[About]:
+def _recordings(fit: Fit, source: ReportSource) -> Sequence[About]:
     """Return the recordings that a fit used; all there are where it does not say so."""
     everything = source.ingest.recordings if source.ingest else []
     ids = {use.id for result in fit.results for use in result.segments}

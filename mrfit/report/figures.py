@@ -19,7 +19,7 @@ from mrfit.io.schemas.fit import Fit, MetricRow, Result
 from mrfit.report.curves import decimate, family, limits, prefixed, sheets, shown_cycles, simplified, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.output_unit import output_unit
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 from mrfit.report.svg import style, to_svg
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Figure:
 
 Drawing = Callable[[], Figure]
 """What makes a figure, anywhere and at any time."""
-Panel = Callable[["Axes", Series, int], None]
+Panel = Callable[["Axes", OutputSeries, int], None]
 """Draws one condition, in so many points a curve."""
 About = tuple[str, str, str, tuple[str, str]]
 """Kind, title, caption and axis labels of figures."""
@@ -97,7 +97,7 @@ def _draw(drawing: Drawing, progress: Progress) -> Figure:
         return drawing()
 
 
-def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
+def drawings_of(fit: Fit, series: Sequence[OutputSeries]) -> list[Drawing]:
     """Return the functions that draw every figure of a fit.
 
     Parameters
@@ -115,7 +115,7 @@ def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
     return [partial(_drawn, fit, shown, note, number) for number in range(len(_drawings(fit, shown)))]
 
 
-def worst_and_typical(fit: Fit, series: Sequence[Series]) -> list[Series]:
+def worst_and_typical(fit: Fit, series: Sequence[OutputSeries]) -> list[OutputSeries]:
     """Return all series of a fit; of more than ``FIGURE_MAX`` the six of largest NRMSE and the six about the median."""
     if len(series) <= FIGURE_MAX:
         return list(series)
@@ -127,14 +127,14 @@ def worst_and_typical(fit: Fit, series: Sequence[Series]) -> list[Series]:
     return [s for k, s in enumerate(series) if k in kept]
 
 
-def _drawn(fit: Fit, shown: Sequence[Series], note: str, number: int) -> Figure:
+def _drawn(fit: Fit, shown: Sequence[OutputSeries], note: str, number: int) -> Figure:
     """Return one of a fit's figures; what draws it is made again in the process that draws."""
     drawing = _drawings(fit, shown)[number]
     figure = drawing()
     return replace(figure, caption=figure.caption + note) if isinstance(drawing, Grid) else figure
 
 
-def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
+def _drawings(fit: Fit, shown: Sequence[OutputSeries]) -> list[Drawing]:
     """Return the functions that draw every figure of a fit from one part of each condition."""
     drawings: list[Drawing] = []
     if has_errors(fit):
@@ -149,14 +149,14 @@ def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
     return drawings
 
 
-def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
+def history_figures(fit: Fit, series: Sequence[OutputSeries]) -> list["Grid"]:
     """Return drawings of measured and simulated output against time over two cycles of every condition."""
     cut = [s.time[shown_cycles(s)] for s in series]
     seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
     scale = output_unit(fit)
     factor, unit = scale.factor, scale.unit
 
-    def draw(axes: "Axes", one: Series, points: int) -> None:
+    def draw(axes: "Axes", one: OutputSeries, points: int) -> None:
         window = shown_cycles(one)
         for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
             at = decimate(values, points)
@@ -169,7 +169,7 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     return _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
 
 
-def draw_band(axes: "Axes", one: Series, seconds: float, factor: float) -> None:
+def draw_band(axes: "Axes", one: OutputSeries, seconds: float, factor: float) -> None:
     """Shade the 95 % band of a predicted series, if it has one, and within it that of its parameters."""
     if one.width is None:
         return
@@ -181,13 +181,13 @@ def draw_band(axes: "Axes", one: Series, seconds: float, factor: float) -> None:
         axes.fill_between(across, low, high, color=SIMULATED, alpha=shade, lw=0, label=label, zorder=0.5)
 
 
-def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid"]:
+def loop_figures(fit: Fit, series: Sequence[OutputSeries], channel: str) -> list["Grid"]:
     """Return drawings of output against one input channel over two cycles of every condition."""
     across, across_unit = scale_of([s.inputs[channel] for s in series], channel)
     scale = output_unit(fit)
     factor, unit = scale.factor, scale.unit
 
-    def draw(axes: "Axes", one: Series, points: int) -> None:
+    def draw(axes: "Axes", one: OutputSeries, points: int) -> None:
         window = shown_cycles(one)
         drive = one.inputs[channel][window]
         for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
@@ -202,14 +202,14 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid
     return _grids(fit, series, draw, about)
 
 
-def residual_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
+def residual_figures(fit: Fit, series: Sequence[OutputSeries]) -> list["Grid"]:
     """Return drawings of measured minus simulated output over all of every condition; a band is the noise floor."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
     scale = output_unit(fit)
     factor, unit = scale.factor, scale.unit
     floors: dict[tuple[str, str], float] = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
 
-    def draw(axes: "Axes", one: Series, points: int) -> None:
+    def draw(axes: "Axes", one: OutputSeries, points: int) -> None:
         floor = factor * floors.get((one.condition, one.role), 0.0)
         axes.axhspan(-floor, floor, color="#fde68a", lw=0, label="± noise floor")
         residual = one.measured - one.simulated
@@ -222,7 +222,7 @@ def residual_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     return _grids(fit, series, draw, ("residual", "Residual", caption + _WORST, labels))
 
 
-def _show_measured(axes: "Axes", one: Series, factor: float) -> None:
+def _show_measured(axes: "Axes", one: OutputSeries, factor: float) -> None:
     """Scale an axis by the measured values where the simulation has left them."""
     window = shown_cycles(one)
     ends = limits(factor * one.measured[window], factor * one.simulated[window])
@@ -388,7 +388,7 @@ class Grid:
     """
 
     fit: Fit
-    page: Sequence[Series]
+    page: Sequence[OutputSeries]
     panel: Panel
     about: About
     number: int
@@ -425,20 +425,20 @@ class Grid:
         return Figure(name, title + last, caption, f"{alt}.", svg)
 
 
-def _grids(fit: Fit, series: Sequence[Series], draw: Panel, about: About) -> list[Grid]:
+def _grids(fit: Fit, series: Sequence[OutputSeries], draw: Panel, about: About) -> list[Grid]:
     """Return drawings of small multiples."""
     pages = sheets(series)
     return [Grid(fit, page, draw, about, number, len(pages)) for number, page in enumerate(pages, start=1)]
 
 
-def _heading(one: Series, nrmse: float | None, width: int) -> str:
+def _heading(one: OutputSeries, nrmse: float | None, width: int) -> str:
     """Return condition, role and NRMSE, on several lines where one is too narrow."""
     rest = ("hold-out · " if one.role == "holdout" else "") + percent(nrmse)
     line = f"{one.condition} · {rest}"
     return line if len(line) <= width else f"{fill(one.condition, width)}\n{rest}"
 
 
-def _part(page: Sequence[Series], number: int, total: int) -> str:
+def _part(page: Sequence[OutputSeries], number: int, total: int) -> str:
     """Return the subtitle of one of several figures: the family of conditions it shows, or its number."""
     if total == 1:
         return ""

@@ -17,7 +17,7 @@ from mrfit.report.figures import LOOPS, axis_label, scale_of
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.ranking import BEST, best, ranked
-from mrfit.report.source import Series, Source
+from mrfit.report.source import OutputSeries, ReportSource
 from mrfit.report.tables import ROLE_WORDS
 
 PERIODIC_POINTS = 161
@@ -104,7 +104,7 @@ class Output:
     rows: list[Row]
 
 
-def loop_json(source: Source) -> str:
+def loop_json(source: ReportSource) -> str:
     """Return the curves of all fits as JSON that may stand in a ``script`` element; empty where there is nothing.
 
     One object for each output: its axes and fits, and for each condition and fit the curves of its worst part over
@@ -124,7 +124,7 @@ def loop_json(source: Source) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _of_output(fits: Sequence[Fit], source: Source, pool: _Pool) -> Output:
+def _of_output(fits: Sequence[Fit], source: ReportSource, pool: _Pool) -> Output:
     shown = {fit.name: worst_of_each(source.series[fit.name]) for fit in fits}
     everything = [one for series in shown.values() for one in series]
     output, scale = fits[0].output, output_unit(fits[0])
@@ -160,7 +160,7 @@ def _of_output(fits: Sequence[Fit], source: Source, pool: _Pool) -> Output:
     )
 
 
-def _points(one: Series, channels: Sequence[str]) -> NDArray[np.int64]:
+def _points(one: OutputSeries, channels: Sequence[str]) -> NDArray[np.int64]:
     """Return the samples to draw: evenly over two cycles, else those that keep the loops and every peak."""
     window = shown_cycles(one)
     count = len(one.time[window])

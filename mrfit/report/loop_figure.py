@@ -27,7 +27,7 @@ from mrfit.report.paper import (
     legend_above,
     panels,
 )
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +49,7 @@ COLOUR_MAP, LIGHTEST = "viridis", 0.82
 class _Curve:
     """A series, the label that gives its colour, and its error in words."""
 
-    series: Series
+    series: OutputSeries
     label: str
     error: str
 
@@ -184,7 +184,7 @@ def _looks(labels: set[str], overlay: str) -> dict[str, _Look]:
     return {n: _Look(to_hex(s), to_hex(s), d) for n, s, d in zip(ordered, shades, dashes, strict=True)}
 
 
-def _draw_curve(axes: "Axes", one: Series, look: _Look, plane: _Plane, dots: bool) -> None:
+def _draw_curve(axes: "Axes", one: OutputSeries, look: _Look, plane: _Plane, dots: bool) -> None:
     loop = plane.over != "time"
     window = shown_cycles(one, 1.0) if loop else shown_cycles(one)
     if dots:
@@ -230,5 +230,5 @@ def _legend(groups: Sequence[tuple[str, list[_Curve]]], looks: dict[str, _Look],
     return handles
 
 
-def _across(one: Series, channel: str) -> Array:
+def _across(one: OutputSeries, channel: str) -> Array:
     return one.time if channel == "time" else one.inputs[channel]

@@ -20,7 +20,7 @@ from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
 from mrfit.report.ranking import RankedFit, above_best, comparable, ranked
 from mrfit.report.sections import SectionFigure, exact, figures_in_page, template_of
-from mrfit.report.source import Source
+from mrfit.report.source import ReportSource
 from mrfit.report.tables import METRIC_COLUMNS, ROLE_WORDS
 from mrfit.report.verdict import GroupedWarning, cautions, open_directions, verdict
 from mrfit.settings.fit import Settings as FitSettings
@@ -33,7 +33,7 @@ WIDE_TABLE = 9
 
 
 def render(
-    source: Source,
+    source: ReportSource,
     figures: dict[str, list[Figure]],
     predictions: Sequence[PredictionRow] = (),
     in_full: Collection[str] | None = None,
@@ -166,7 +166,7 @@ def share(value: float | None) -> Markup:
     return exact(value, MISSING_NUMBER if value is None else percent(value))
 
 
-def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> FitSection:
+def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: ReportSource) -> FitSection:
     anchor, scale = f"fit{position}", output_unit(fit)
     return FitSection(
         anchor=anchor,

@@ -13,7 +13,7 @@ from mrfit.report.figures import FIGURE_WIDTH, Drawing, Figure, error_figure, ha
 from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import has_profiles, profiles
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 from mrfit.report.svg import to_svg
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def _over_quantity(fit: Fit, segments: Sequence[Segment]) -> list[Drawing]:
     return [partial(_parameters, fit, few, over)]
 
 
-def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment]) -> list[Drawing]:
+def more_drawings(fit: Fit, series: Sequence[OutputSeries], segments: Sequence[Segment]) -> list[Drawing]:
     """Return the functions that draw the figures after a fit's loops, those for which there are data."""
     made = _over_quantity(fit, segments)
     finite = [s for s in worst_of_each(series) if s.error < float("inf") and s.error > 0.0]

@@ -17,7 +17,7 @@ from mrfit.report.condition_names import differing_parts
 from mrfit.report.curves import limits
 from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, plain_log
 from mrfit.report.output_unit import output_unit
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,7 +53,7 @@ class FitSeries:
     """A fit with the series that are drawn of it, one for each condition."""
 
     fit: Fit
-    series: Sequence[Series]
+    series: Sequence[OutputSeries]
 
 
 def panels(

@@ -18,7 +18,7 @@ from mrfit.report.loop_figure import loops, panels_of
 from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
-from mrfit.report.source import Series, read_source
+from mrfit.report.source import OutputSeries, read_source
 from mrfit.report.svg import style, to_svg
 from mrfit.settings.figure import FIGURE_KINDS, Settings
 
@@ -109,11 +109,11 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     return WrittenFigure(kind, [str(f) for f in files], fits, len(shown), left_out, outdated)
 
 
-def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:
+def _chosen(series: Sequence[OutputSeries], patterns: Sequence[str]) -> list[OutputSeries]:
     return [s for s in series if not patterns or any(fnmatch.fnmatchcase(s.condition, p) for p in patterns)]
 
 
-def with_room(drawn: FitSeries, kind: str, overlay: str, fits: int) -> Sequence[Series]:
+def with_room(drawn: FitSeries, kind: str, overlay: str, fits: int) -> Sequence[OutputSeries]:
     """Return the series drawn where no conditions were named: all that have room, else some of every error."""
     if kind not in ("loops", "correlation"):
         return drawn.series

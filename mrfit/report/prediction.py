@@ -22,7 +22,7 @@ from mrfit.report.key import TABLE_FORMATS, prediction_files
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.paper import panels
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 from mrfit.report.svg import inline, style, to_svg
 
 # Columns of its table: where a row belongs, and what is drawn
@@ -31,7 +31,7 @@ BAND_ENDS = ("high_parameters", "high")
 AGAIN = "delete it and run `mrfit predict` again"
 
 
-def figure_of(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | None]) -> str:
+def figure_of(fit: Fit, series: Sequence[OutputSeries], errors: Mapping[str, float | None]) -> str:
     """Return time histories of a prediction, a panel a segment; without a measured output the simulated one alone."""
     canvas, axes = panels(FIGURE_WIDTH, len(series), across=3 if len(series) > 4 else 2, ratio=0.6)
     scale = output_unit(fit)
@@ -90,7 +90,7 @@ def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[Predictio
     return rows
 
 
-def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
+def _read_series(folder: Path, about: PredictionFile) -> list[OutputSeries]:
     path = folder / about.series
     if path.parent != folder or path.suffix not in TABLE_FORMATS:
         raise DataError(f"{folder / about.name}.json: '{about.series}' is no file of this folder; {AGAIN}")
@@ -111,7 +111,7 @@ def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
         frequency = about.frequencies.get(segment, 0.0)
         wide = [columns[name][at] - simulated for name in BAND_ENDS if name in columns]
         width = Width(*wide) if len(wide) == len(BAND_ENDS) else None
-        found.append(Series(condition, segment, "predict", time, measured, simulated, {}, frequency, width=width))
+        found.append(OutputSeries(condition, segment, "predict", time, measured, simulated, {}, frequency, width=width))
     return found
 
 

@@ -20,7 +20,7 @@ from mrfit.report.paper_stage import with_room
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.ranking import best
 from mrfit.report.sections import template_of
-from mrfit.report.source import Source
+from mrfit.report.source import ReportSource
 from mrfit.report.svg import inline, style, to_svg
 from mrfit.report.verdict import GroupedWarning, cautions, verdict
 from mrfit.simulate.current_dependence import base_name
@@ -46,7 +46,7 @@ class _Drawing:
     weight: int
 
 
-def render(source: Source) -> str:
+def render(source: ReportSource) -> str:
     """Return the page of the best of the fits; the others stand beside it in the ranking."""
     name = best(source.fits, 1)[0]
     fit = next(f for f in source.fits if f.name == name)
@@ -91,7 +91,7 @@ def _shortened(caution: GroupedWarning) -> GroupedWarning:
     return caution if len(text) <= LONGEST_TEXT else replace(caution, text=text[: LONGEST_TEXT - 1].rstrip() + "…")
 
 
-def _figures(fit: Fit, source: Source) -> tuple[list[_Drawing], list[_Drawing]]:
+def _figures(fit: Fit, source: ReportSource) -> tuple[list[_Drawing], list[_Drawing]]:
     """Return the figures of the first and of the second page."""
     first, second = list[_Drawing](), list[_Drawing]()
     series = worst_of_each(source.series[fit.name])

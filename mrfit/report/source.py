@@ -16,6 +16,7 @@ from mrfit.core.specs import Array
 from mrfit.core.width import Width
 from mrfit.errors import DataError
 from mrfit.io.memory import check_room
+from mrfit.io.outdated import Inputs
 from mrfit.io.residuals import RESIDUAL_KEYS, Key, read_residuals, unreadable
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import FluxFile, IngestFile
@@ -24,7 +25,7 @@ from mrfit.report.numbers import natural
 
 
 @dataclass(frozen=True)
-class Series:
+class OutputSeries:
     """Measured and simulated output of one segment part.
 
     Attributes
@@ -80,18 +81,18 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Source:
+class ReportSource:
     """All that a report is made of; ``outdated`` says why fits are out of date, by the names of those that are."""
 
     fits: list[Fit]
-    series: dict[str, list[Series]]
+    series: dict[str, list[OutputSeries]]
     ingest: IngestFile | None
     flux: FluxFile | None
     segments: list[Segment]
     outdated: Mapping[str, str] = field(default_factory=dict)
 
 
-def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
+def read_source(workspace: Workspace, names: tuple[str, ...]) -> ReportSource:
     """Return the named fits (all finished ones if none is named) and what they were made of.
 
     Raises
@@ -104,7 +105,8 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
     frequencies = {s.id: s.frequency for s in segments}
     _check_room(workspace, fits)
     series = {f.name: _read_series(workspace.fit_folder(f.name) / "residuals.parquet", frequencies) for f in fits}
-    return Source(fits, series, workspace.ingest_file(), workspace.flux_file(), segments, workspace.outdated(fits))
+    outdated = Inputs(workspace).of_fits(fits)
+    return ReportSource(fits, series, workspace.ingest_file(), workspace.flux_file(), segments, outdated)
 
 
 def _check_room(workspace: Workspace, fits: list[Fit]) -> None:
@@ -165,7 +167,7 @@ def in_order(fit: Fit) -> Fit:
     return replace(fit, results=results, metrics=metrics)
 
 
-def _read_series(path: Path, frequencies: dict[str, float]) -> list[Series]:
+def _read_series(path: Path, frequencies: dict[str, float]) -> list[OutputSeries]:
     parts: dict[Key, dict[str, list[Array]]] = {}
     for key, columns in read_residuals(path):
         own = parts.setdefault(key, {n: [] for n in columns})
@@ -177,12 +179,12 @@ def _read_series(path: Path, frequencies: dict[str, float]) -> list[Series]:
         raise unreadable(path, error) from error
 
 
-def _one_series(key: Key, parts: dict[str, list[Array]], frequencies: dict[str, float]) -> Series:
+def _one_series(key: Key, parts: dict[str, list[Array]], frequencies: dict[str, float]) -> OutputSeries:
     columns = {name: np.concatenate(found) for name, found in parts.items()}
     parts.clear()
     time, measured, simulated = (columns.pop(c) for c in ("time", "measured", "simulated"))
     frequency = frequencies.get(key[1], 0.0)
-    return Series(*key, time, measured, simulated, with_integrals(columns, time, frequency), frequency)
+    return OutputSeries(*key, time, measured, simulated, with_integrals(columns, time, frequency), frequency)
 
 
 def with_integrals(inputs: dict[str, Array], time: Array, frequency: float) -> dict[str, Array]:

@@ -9,6 +9,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.escapes import visible_in_page
 from mrfit.io.keys import code_version
+from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json, write_text
@@ -17,7 +18,7 @@ from mrfit.report.key import report_key
 from mrfit.report.page_figures import brief_drawings, more_drawings
 from mrfit.report.prediction import PredictionRow, prediction_rows
 from mrfit.report.ranking import BEST, best, ranked
-from mrfit.report.source import Source, fit_names, read_fits, read_source
+from mrfit.report.source import ReportSource, fit_names, read_fits, read_source
 from mrfit.settings.report import Settings as Settings
 
 EARLIER_TABLES = ("parameters.tex", "metrics.tex")
@@ -53,7 +54,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     names = fit_names(workspace, settings.fits)
     if settings.short:
         return _run_short(workspace, names)
-    outdated = workspace.outdated(read_fits(workspace, names))
+    outdated = Inputs(workspace).of_fits(read_fits(workspace, names))
     key = report_key(workspace, names, outdated)
     folder = workspace.report_folder
     index = str(folder / "index.html")
@@ -95,7 +96,11 @@ def _run_short(workspace: Workspace, names: Sequence[str]) -> ReportFile:
 
 
 def _render(
-    source: Source, in_full: Collection[str], jobs: int, progress: Progress, predictions: Sequence[PredictionRow] = ()
+    source: ReportSource,
+    in_full: Collection[str],
+    jobs: int,
+    progress: Progress,
+    predictions: Sequence[PredictionRow] = (),
 ) -> dict[str, str]:
     """Return the text of every file by its path in the report's folder; fits that are ``in_full`` have all figures."""
     drawings = {

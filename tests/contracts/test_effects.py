@@ -1,10 +1,11 @@
 """What every effect in the registry must keep, whatever its equations."""
 
-from types import ModuleType
+from dataclasses import replace
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from mrfit.contracts.check import Check, applying
+from mrfit.contracts.check import Check, ContractBreach, applying
 from mrfit.contracts.effects import CHECKS, rivals_are_told_apart
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
@@ -33,6 +34,8 @@ def test_specification_is_named_after_its_file_and_says_where_it_comes_from(effe
 
 def test_effects_that_discovery_does_not_propose_say_what_they_are_mistaken_for_too(effect: ModuleType) -> None:
     rivals_are_told_apart(effect)
+    with pytest.raises(ContractBreach, match="no aliases"):
+        rivals_are_told_apart(SimpleNamespace(SPEC=replace(effect.SPEC, aliases=())))
 
 
 def test_every_slot_and_its_function_are_documented() -> None:

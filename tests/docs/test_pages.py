@@ -101,7 +101,7 @@ def test_programs_and_targets_are_there(page: Path) -> None:
 @every_page
 def test_tables_of_toml_are_toml(page: Path) -> None:
     for block in blocks(page, "toml"):
-        tomllib.loads(block)
+        assert tomllib.loads(block), block
 
 
 @every_page

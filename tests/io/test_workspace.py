@@ -16,6 +16,7 @@ from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.atomic import opened_to_append, write_atomic
 from mrfit.io.keys import fit_key
+from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
 from mrfit.io.tables import write_table
@@ -159,17 +160,17 @@ def test_a_fit_is_outdated_once_its_data_or_segments_change(tmp_path: Path) -> N
     fit = Fit(
         name="x", model="bingham", optimizer="auto", output="force", results=[], metrics=[], settings=settings, key=key
     )
-    assert list(workspace.outdated([fit])) == []
+    assert list(Inputs(workspace).of_fits([fit])) == []
     assert fit_key({**settings, "jobs": 3}, *made_from) == key
     workspace.write_segments([replace(row, role="holdout")], {})
-    assert list(workspace.outdated([fit])) == ["x"]
+    assert list(Inputs(workspace).of_fits([fit])) == ["x"]
     workspace.write_segments([row], {})
     workspace.write_recording(replace(recording, history=("read again",), source="elsewhere.csv", findings=()))
-    assert list(workspace.outdated([fit])) == []
+    assert list(Inputs(workspace).of_fits([fit])) == []
     workspace.write_recording(replace(recording, channels={**recording.channels, "current": np.zeros(7)}))
-    assert list(workspace.outdated([fit])) == ["x"]
+    assert list(Inputs(workspace).of_fits([fit])) == ["x"]
     workspace.recording_file("log-1").unlink()
-    assert list(workspace.outdated([fit])) == ["x"]
+    assert list(Inputs(workspace).of_fits([fit])) == ["x"]
 
 
 def test_non_finite_numbers_become_null(tmp_path: Path) -> None:

@@ -5,12 +5,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from mrfit.report.curves import BEYOND, CURVE_PANELS, decimate, limits, prefixed, sheets, shown_cycles, worst_of_each
-from mrfit.report.source import Series
+from mrfit.report.source import OutputSeries
 
 
-def series(condition: str, error: float = 0.0, frequency: float = 0.0, role: str = "train", count: int = 100) -> Series:
+def series(
+    condition: str, error: float = 0.0, frequency: float = 0.0, role: str = "train", count: int = 100
+) -> OutputSeries:
     time = np.arange(count) / 100.0
-    return Series(condition, f"{condition}#0", role, time, np.full(count, error), np.zeros(count), {}, frequency)
+    return OutputSeries(condition, f"{condition}#0", role, time, np.full(count, error), np.zeros(count), {}, frequency)
 
 
 @given(

@@ -3,10 +3,12 @@ from dataclasses import replace
 from mrfit.io.schemas.stages import FoundOddity
 from mrfit.report.doubts import doubts
 from mrfit.report.page import render
-from mrfit.report.source import Source, read_source
+from mrfit.report.source import ReportSource, read_source
 
 
-def with_finding(source: Source, kind: str, channel: str, text: str = "velocity is 1/25.4 <of> the slope") -> Source:
+def with_finding(
+    source: ReportSource, kind: str, channel: str, text: str = "velocity is 1/25.4 <of> the slope"
+) -> ReportSource:
     found = [FoundOddity(kind=kind, channel=channel, at=None, text=text)]
     recordings = [replace(r, findings=found) for r in source.ingest.recordings]
     return replace(source, ingest=replace(source.ingest, recordings=recordings))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrfit.report.figures import draw_all, drawings_of
-from mrfit.report.source import Series, read_source
+from mrfit.report.source import OutputSeries, read_source
 
 
 def texts(svg: str) -> list[str]:
@@ -63,7 +63,7 @@ def test_long_records_are_decimated(damper):
     rng = np.random.default_rng(1)
     noise = rng.standard_normal(100_000)
     condition = fit.metrics[0].condition
-    long = Series(condition, "a#0", "train", np.arange(100_000) / 1e3, noise, 0.0 * noise, {}, 0.0)
+    long = OutputSeries(condition, "a#0", "train", np.arange(100_000) / 1e3, noise, 0.0 * noise, {}, 0.0)
     figures = {f.title: f for f in draw_all(drawings_of(fit, [long]))}
     assert plot_points(figures["Residual"].svg) <= 2000
 
@@ -88,7 +88,7 @@ def test_diverged_fit_is_still_drawn(damper):
     results = [replace(r, history=[(10, None)], cost=None) for r in fit.results]
     lost = replace(fit, metrics=rows, results=results)
     time = np.arange(50) / 50.0
-    one = Series(rows[0].condition, "a#0", "train", time, np.sin(time), np.full(50, np.nan), {}, 0.0)
+    one = OutputSeries(rows[0].condition, "a#0", "train", time, np.sin(time), np.full(50, np.nan), {}, 0.0)
     assert [f.title for f in draw_all(drawings_of(lost, [one]))] == ["Time history", "Residual"]
 
 
@@ -114,7 +114,7 @@ def test_long_names_are_broken_not_overlapped(damper):
     fit = read_source(damper[0], ()).fits[0]
     time = np.arange(50) / 50.0
     names = [f"triangle-1.25Hz-0.02m-{k}.5A-25degC-repeat" for k in range(5)]
-    many = [Series(n, f"{n}#0", "holdout", time, np.sin(time), np.sin(time), {}, 0.0) for n in names]
+    many = [OutputSeries(n, f"{n}#0", "holdout", time, np.sin(time), np.sin(time), {}, 0.0) for n in names]
     figure = next(f for f in draw_all(drawings_of(fit, many)) if f.title == "Time history")
     lines = [t for t in texts(figure.svg) if "triangle" in t or "hold-out" in t]
     assert len(lines) == 10 and max(len(t) for t in lines) <= 48
@@ -125,7 +125,7 @@ def test_titles_stay_within_the_figure(panels, tmp_path):
     from mrfit.report import figures
 
     heading = figures._heading(
-        Series("sine-1.25Hz-0.0125m-0.75A-20degC-again", "s", "holdout", *[np.zeros(2)] * 3, {}),
+        OutputSeries("sine-1.25Hz-0.0125m-0.75A-20degC-again", "s", "holdout", *[np.zeros(2)] * 3, {}),
         0.01234,
         figures.TITLE_WIDTHS[figures.columns_of(panels)],
     )

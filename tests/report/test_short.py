@@ -11,14 +11,14 @@ import pytest
 from mrfit.io.schemas.fit import Caution
 from mrfit.io.workspace import Workspace
 from mrfit.report import short
-from mrfit.report.source import Source, read_source
+from mrfit.report.source import ReportSource, read_source
 from mrfit.report.stage import Settings, run
 from tests.report.test_page import Page
 
 PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
-def crowded(source: Source) -> Source:
+def crowded(source: ReportSource) -> ReportSource:
     """A fit with more of everything than two pages hold, and twenty rivals."""
     fit = source.fits[0]
     result = fit.results[0]

@@ -54,6 +54,11 @@ class CombinedResult:
     taken_back: bool = False
 
     @property
+    def ambiguous_set(self) -> tuple[str, ...]:
+        """Effects that the data cannot tell apart."""
+        return tuple(sorted({e for group in self.ambiguous for e in group}))
+
+    @property
     def law_is_open(self) -> bool:
         """Whether effects are named beside a law that is off."""
         return bool(self.standing)

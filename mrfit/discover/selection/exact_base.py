@@ -104,6 +104,11 @@ class Selection:
         """The accepted effects that no other is as good as."""
         return tuple(e for e in self.final.effects if not any(e in group for group in self.ambiguous))
 
+    @property
+    def ambiguous_set(self) -> tuple[str, ...]:
+        """Effects that the data cannot tell apart."""
+        return tuple(sorted({e for group in self.ambiguous for e in group}))
+
     def because(self, name: str, reason: str) -> "Selection":
         """Return the same with what became of an effect."""
         return self.because_of({name: reason})

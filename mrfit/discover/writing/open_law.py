@@ -58,7 +58,7 @@ def with_examination(
     suspected = [n for n in combined.standing if n.name not in combined.named]
     told |= {
         "effects": tuple(_found(n) for n in named),
-        "ambiguous_set": tuple(sorted({e for group in combined.ambiguous for e in group})),
+        "ambiguous_set": combined.ambiguous_set,
         "suspects": (),
         "advice": tuple(_tests(examined, combined)),
         "candidates": _candidates(exact.candidates, combined),
@@ -233,7 +233,7 @@ def _shadow(n: InvariantEffect, shadow: Shadow) -> InvariantEffect:
 def ways(exact: DiscoveryFile, combined: CombinedResult, examined: LawFindings) -> Ways:
     """Return the results of both ways, and whether they agree."""
     own = Way(verdict=exact.verdict, effects=tuple(e.name for e in exact.effects), ambiguous_set=exact.ambiguous_set)
-    sets = tuple(sorted({e for group in combined.ambiguous for e in group})) if combined.law_is_open else ()
+    sets = combined.ambiguous_set if combined.law_is_open else ()
     names = tuple(n.name for n in combined.standing if n.name not in sets)
     word = "ambiguous" if sets else "named" if names else "unexplained"
     if examined.not_applicable:

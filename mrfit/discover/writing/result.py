@@ -74,7 +74,7 @@ def account(asked: DiscoveryRequest, chosen: Selection, found: Findings, policy:
         base_model=asked.model,
         verdict=chosen.verdict,
         effects=tuple(_with_aliases(named, pairs) for named in found.named),
-        ambiguous_set=tuple(sorted({e for group in chosen.ambiguous for e in group})),
+        ambiguous_set=chosen.ambiguous_set,
         suspects=found.suspects,
         advice=found.advice,
         where=_regions(found.where, policy),

@@ -1,14 +1,15 @@
 """The one place that reads the JSON of a workspace, which anyone may have edited.
 
 A file is checked as a whole as it is read, so that no later code meets a value of a wrong type. What a document does
-not name is passed over; what a file leaves out has the document's default, or is a fault. ``mrfit.io.workspace.plain``
-is the inverse: documents to what JSON can hold.
+not name is passed over; what a file leaves out has the document's default, or is a fault. ``plain`` is the
+inverse: documents to what JSON can hold.
 """
 
 import json
+import math
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeVar
@@ -16,6 +17,7 @@ from typing import Any, ClassVar, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from mrfit.errors import DataError
+from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
 
 
@@ -55,6 +57,24 @@ class Entry:
         """Return the fields that its file has; those besides that a command tells, where ``told``."""
         absent = self.absent
         return [f.name for f in fields(self) if f.name not in absent and (told or not f.metadata.get("told"))]
+
+
+def plain(value: object) -> Any:
+    """Return ``value`` as JSON can hold it: documents as objects, arrays as lists, non-finite numbers as null."""
+    if isinstance(value, str):
+        return encodable(value)
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Entry):
+        return {name: plain(getattr(value, name)) for name in value.written()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
+    if isinstance(value, Mapping):
+        return {encodable(str(k)): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple, set)):
+        return [plain(v) for v in value]
+    # arrays and numbers of numpy
+    return plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
 @dataclass(frozen=True, kw_only=True)
