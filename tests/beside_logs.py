@@ -62,6 +62,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("measure", "quasi-static", "one.csv"),
     ("measure", "sheet", "one.csv"),
     ("plot", "one.csv"),
+    ("measure", "watch", "one.csv", "--model", "tanh", "--parameters", "fy", "--within", "20"),
     ("measure", "lag", "one.csv", "--command", "displacement", "--actual", "force"),
     ("batch", ".", "--like", "*.csv", "--model", "bingham", "--report", "--work", "batch", "--jobs", "2"),
     ("drift", "batch/batch.parquet"),

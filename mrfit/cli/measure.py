@@ -11,6 +11,7 @@ from mrfit.cli import console
 from mrfit.cli.apply import read_logs
 from mrfit.cli.options import CommandAnswer, Only, options
 from mrfit.cli.sheet import sheet
+from mrfit.cli.watch import watch
 from mrfit.errors import DataError
 from mrfit.settings import ingest
 
@@ -21,9 +22,10 @@ if TYPE_CHECKING:
     from mrfit.measure.quasi_static import QuasiStatic
 
 app = typer.Typer(
-    no_args_is_help=True, help="Read off logs, without a model: test sheet, lag behind a command, slow test."
+    no_args_is_help=True, help="Read off logs: test sheet, lag behind a command, slow test, when a test may stop."
 )
 app.command()(sheet)
+app.command()(watch)
 
 Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
 Reading = Annotated[ingest.Settings, Only(("map",))]

@@ -1,0 +1,161 @@
+"""A stop rule for a test: after whole cycles a fit of what was recorded so far, until its intervals are narrow enough.
+
+A test may stop when the 95 % interval of every parameter that counts is within a share of the value, at two looks
+running. The half-width falls with the root of the number of cycles N, so that about N (h / target)^2 are needed.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+from mrfit.api.fitting import fit
+from mrfit.core.recording import Recording, Segment
+from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.determined import POOR, SLIGHT, State
+from mrfit.io.schemas.fit import Quantity
+from mrfit.segment.stage import cut
+from mrfit.settings.segment import Settings as SegmentSettings
+from mrfit.settings.watch import Settings
+
+CYCLES_BETWEEN = 0.05
+"""Share of the cycles so far after which a test is looked at again: all looks cost as much as some tens of fits."""
+
+
+@dataclass(frozen=True)
+class WatchedValue:
+    """A parameter at a look: value with 95 % interval, SI, and whether its half-width is what was asked for."""
+
+    name: str
+    unit: str
+    value: float
+    low: float | None
+    high: float | None
+    reached: bool
+
+
+@dataclass(frozen=True)
+class LookAtTest:
+    """A look at a running test.
+
+    Attributes
+    ----------
+    cycles
+        Steady cycles so far.
+    seconds
+        Length of the record so far.
+    values
+        Parameters that count.
+    reached
+        Whether all of them reach their intervals, now and at the look before.
+    needed
+        Cycles that the test will need in all; None where the test does not determine a parameter.
+    """
+
+    cycles: int
+    seconds: float
+    values: list[WatchedValue]
+    reached: bool
+    needed: int | None
+
+    def missed(self, other: "LookAtTest") -> set[str]:
+        """Return the parameters whose value at another look lies outside of their intervals at this one."""
+        ends = {v.name: (v.low, v.high) for v in self.values if v.low is not None and v.high is not None}
+        return {v.name for v in other.values if v.name in ends and not ends[v.name][0] <= v.value <= ends[v.name][1]}
+
+
+def steady_cycles(record: Recording) -> tuple[int, float]:
+    """Return the number of steady cycles of a record and the samples of the shortest; 0 and infinity without any."""
+    try:
+        segments, _ = cut([record], 1, SegmentSettings(holdout="none"))
+    except DataError:
+        return 0, math.inf
+    periodic = [s for s in segments if s.cycles]
+    return sum(s.cycles for s in periodic), min(map(_period, periodic), default=math.inf)
+
+
+def _period(segment: Segment) -> float:
+    return (segment.stop - segment.start) / segment.cycles
+
+
+def replayed(record: Recording) -> Iterator[Recording]:
+    """Yield the record as it was after each of its cycles, and whole.
+
+    Raises
+    ------
+    DataError
+        If it has no steady cycles.
+    """
+    cycles, period = steady_cycles(record)
+    if not cycles:
+        raise DataError(f"{record.source or record.id}: no steady cycles; a test is watched by them")
+    for number in range(1, math.ceil(record.samples / period)):
+        stop = round(number * period)
+        yield replace(record, channels={n: v[:stop] for n, v in record.channels.items()})
+    yield record
+
+
+def watch(records: Iterable[Recording], model: str, rule: Settings) -> Iterator[LookAtTest]:
+    """Yield looks at a test, the last when its intervals are reached or its records end.
+
+    Parameters
+    ----------
+    records
+        The test so far, again and again: each holds the one before.
+    model
+        Name of a model.
+    rule
+        When the test has told enough.
+
+    Raises
+    ------
+    ConfigError
+        If a parameter is not one of the model's.
+    """
+    due, found, last, seen = rule.least_cycles, None, None, 0
+    look_at = partial(look, model=model, rule=rule)
+    for record in records:
+        cycles, _ = steady_cycles(record)
+        if cycles < due:
+            last = record
+            continue
+        before, found = found is not None and found.reached, look_at(record, cycles)
+        yield replace(found, reached=found.reached and before)
+        if found.reached and before:
+            return
+        last, seen = None, cycles
+        due = cycles + max(1, math.floor(CYCLES_BETWEEN * cycles))
+    # the test is over: what was recorded since the last look, or that look without another that confirms it
+    if last is not None and (cycles := steady_cycles(last)[0]) > max(seen, 1):
+        yield look_at(last, cycles)
+    elif found is not None and found.reached:
+        yield found
+
+
+def look(record: Recording, cycles: int, model: str, rule: Settings) -> LookAtTest:
+    """Return what a fit says of the test so far."""
+    results = fit(record, model, holdout="none", progress=False).content.results
+    found = [p for result in results for p in result.parameters if not p.fixed]
+    asked = {n.strip() for n in rule.parameters.split(",") if n.strip()}
+    names = {n for p in found for n in (p.name, p.name.partition("@")[0])}
+    if unknown := sorted(asked - names):
+        raise ConfigError(f"--parameters: {model} has no '{unknown[0]}'; it has {', '.join(sorted(names))}")
+    counting = [p for p in found if asked & {p.name, p.name.partition("@")[0]}] if asked else []
+    counting = counting or [p for p in found if p.determined is State.WELL]
+    shares = [_share(p, rule.within) for p in counting]
+    values = [
+        WatchedValue(p.name, p.unit, p.value, p.low, p.high, s <= 1.0) for p, s in zip(counting, shares, strict=True)
+    ]
+    worst = max(shares, default=math.inf)
+    needed = math.ceil(cycles * max(worst, 1.0) ** 2) if math.isfinite(worst) else None
+    return LookAtTest(cycles, record.samples * record.dt, values, worst <= 1.0, needed)
+
+
+def _share(parameter: Quantity, within: float) -> float:
+    """Return the half-width of an interval over what it may be, in percent of the value; infinity for an open one."""
+    low, high = parameter.low, parameter.high
+    # an offset may be zero
+    scale = max(abs(parameter.value), SLIGHT / POOR * (parameter.added_to or 0.0))
+    if low is None or high is None or not math.isfinite(high - low) or scale == 0.0:
+        return math.inf
+    return (high - low) / 2.0 / (0.01 * within * scale)

@@ -1,0 +1,79 @@
+"""A watched test stops when its intervals are reached, and what it says then holds."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mrfit.api.recordings import Recording
+from mrfit.cli.main import app
+from mrfit.errors import ConfigError, DataError
+from mrfit.settings.watch import Settings
+from mrfit.track.watch import LookAtTest, WatchedValue, replayed, watch
+
+FY, C = 250.0, 900.0
+
+
+def record(cycles: int, noise: float = 5.0) -> Recording:
+    t = np.arange(100 * cycles) / 100.0
+    x, v = 0.01 * np.sin(2 * np.pi * t), 0.02 * np.pi * np.cos(2 * np.pi * t)
+    force = FY * np.tanh(60.0 * v) + C * v + noise * np.random.default_rng(3).standard_normal(len(t))
+    return Recording.from_arrays(dt=0.01, name="test", displacement=x, velocity=v, force=force)
+
+
+def test_it_stops_when_the_planted_values_are_known() -> None:
+    looks = list(watch(replayed(record(24)), "tanh", Settings(within=6.0, parameters="fy,c")))
+    last = looks[-1]
+    assert last.reached and 4 <= last.cycles < 20
+    assert not any(look.reached for look in looks[:-1])
+    for value, planted in zip(last.values, (FY, C), strict=True):
+        assert value.low is not None and value.high is not None and value.low <= planted <= value.high
+        assert (value.high - value.low) / 2.0 <= 0.06 * value.value
+
+
+def test_more_cycles_are_asked_where_the_intervals_are_wide() -> None:
+    looks = list(watch(replayed(record(12)), "tanh", Settings(within=0.5, parameters="c")))
+    last = looks[-1]
+    assert not last.reached and last.needed is not None and last.needed > last.cycles
+    # half the width takes four times the cycles
+    (half,) = watch([record(12)], "tanh", Settings(within=0.25, parameters="c"))
+    assert half.needed == pytest.approx(4 * last.needed, rel=0.05)
+
+
+def test_values_of_another_look_that_an_interval_does_not_hold_are_named() -> None:
+    def look(value: float, low: float | None) -> LookAtTest:
+        return LookAtTest(4, 4.0, [WatchedValue("c", "N*s/m", value, low, 2.0, True)], True, 4)
+
+    assert look(1.5, 1.0).missed(look(1.9, None)) == set()
+    assert look(1.5, 1.0).missed(look(2.1, None)) == {"c"}
+    assert look(1.5, None).missed(look(2.1, None)) == set()
+
+
+def test_what_cannot_be_watched_is_said() -> None:
+    with pytest.raises(ConfigError, match="--parameters: tanh has no 'cc'"):
+        list(watch([record(6)], "tanh", Settings(parameters="cc")))
+    still = Recording.from_arrays(dt=0.01, displacement=np.zeros(300), force=np.ones(300))
+    with pytest.raises(DataError, match="no steady cycles"):
+        list(replayed(still))
+
+
+def _written(folder: Path, made: Recording) -> Path:
+    rows = np.column_stack([np.arange(made.samples) * made.dt, *made.channels.values()])
+    header = ",".join(["time (s)", *(f"{n} ({u})" for n, u in made.units.items())])
+    np.savetxt(folder / "test.csv", rows, fmt="%.9g", delimiter=",", header=header, comments="")
+    return folder / "test.csv"
+
+
+@pytest.mark.parametrize(
+    ("within", "code", "says"), [("10", 0, "Stop after"), ("0.01", 1, "the intervals are not reached in 8 s; about")]
+)
+@pytest.mark.parametrize("how", [[], ["--follow", "--patience", "0.5"]])
+def test_the_command_ends_with_0_when_a_test_may_stop(
+    within: str, code: int, says: str, how: list[str], tmp_path: Path
+) -> None:
+    log = _written(tmp_path, record(8))
+    words = ["measure", "watch", str(log), "--model", "tanh", "--parameters", "fy", "--within", within, *how]
+    ended = CliRunner().invoke(app, words)
+    assert ended.exit_code == code
+    assert says in (ended.output if code == 0 else str(ended.exception))
