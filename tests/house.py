@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 import mrfit
-from tests.test_layers import imported, layer_of
+from tests.test_layers import imported, layer_of, modules, nodes
 
 PACKAGE = Path(mrfit.__path__[0])
 TESTS = PACKAGE.parent / "tests"
@@ -39,18 +39,14 @@ Place = tuple[str, int, str]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-@cache
-def trees(root: Path = PACKAGE) -> list[tuple[str, ast.Module]]:
-    """Return the path of every module from the folder above, and its syntax tree."""
-    return [
-        (p.relative_to(root.parent).as_posix(), ast.parse(p.read_text(encoding="utf-8")))
-        for p in sorted(root.rglob("*.py"))
-    ]
+def trees() -> list[tuple[str, ast.Module]]:
+    """Return the path of every module from the folder above the package, and its syntax tree."""
+    return [(f"{PACKAGE.name}/{name}", tree) for name, tree in modules()]
 
 
 def documented(tree: ast.AST) -> Iterator[tuple[ast.AST, ast.Expr, str]]:
     """Yield every node with a docstring, the statement that holds it, and its text."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Module | ast.ClassDef | Function) and node.body:
             first = node.body[0]
             if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
@@ -95,7 +91,7 @@ def class_definitions() -> list[Place]:
         (name, node.lineno, node.name)
         for name, tree in trees()
         if "/io/schemas/" not in name
-        for node in ast.walk(tree)
+        for node in nodes(tree)
         if isinstance(node, ast.ClassDef)
     ]
 
@@ -152,7 +148,7 @@ def module_imports() -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for name, tree in known.items():
         found[name] = set()
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if isinstance(node, ast.ImportFrom) and node.module in known:
                 inside = {f"{node.module}.{a.name}" for a in node.names}
                 found[name] |= {m for m in inside if m in known} or {node.module}
@@ -211,7 +207,7 @@ def functions_with_many_arguments(most: int = 6) -> list[Place]:
     for name, tree in trees():
         if "/cli/" in name:
             continue
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if isinstance(node, Function) and not ("/models/" in name and node.name == "law"):
                 named = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
                 count = len([a for k, a in enumerate(named) if k or a not in ("self", "cls")])

@@ -33,16 +33,26 @@ STAGES = {"ingest", "flux", "segment", "fit", "report"}
 
 @cache
 def modules() -> list[tuple[str, ast.Module]]:
-    return [(str(p.relative_to(PACKAGE)), ast.parse(p.read_text())) for p in sorted(PACKAGE.rglob("*.py"))]
+    return [
+        (p.relative_to(PACKAGE).as_posix(), ast.parse(p.read_text(encoding="utf-8")))
+        for p in sorted(PACKAGE.rglob("*.py"))
+    ]
+
+
+@cache
+def nodes(tree: ast.AST) -> list[ast.AST]:
+    """Return the nodes of a syntax tree; the tests go through them many times."""
+    return list(ast.walk(tree))
 
 
 def layer_of(name: str) -> int:
     return next(k for k, layer in enumerate(LAYERS) if name in layer)
 
 
+@cache
 def imported(tree: ast.Module) -> set[str]:
     found = set()
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("mrfit"):
             parts = node.module.split(".")
             found |= {parts[1]} if len(parts) > 1 else {a.name for a in node.names}
@@ -78,7 +88,7 @@ def test_numba_is_imported_in_one_place() -> None:
     for name, tree in modules():
         names = {
             a.name.split(".")[0] if isinstance(node, ast.Import) else (node.module or "").split(".")[0]
-            for node in ast.walk(tree)
+            for node in nodes(tree)
             if isinstance(node, (ast.Import, ast.ImportFrom))
             for a in node.names
         }
@@ -89,7 +99,7 @@ def test_functions_and_files_stay_small() -> None:
     for name, tree in modules():
         source = (PACKAGE / name).read_text()
         assert source.count("\n") <= 600, f"{name} has more than 600 lines"
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
                 size = (node.end_lineno or 0) - node.lineno + 1
                 assert size <= 90, f"{name}: {node.name} has {size} lines"
