@@ -134,7 +134,7 @@ def watch(records: Iterable[Recording], model: str, rule: Settings) -> Iterator[
 
 def look(record: Recording, cycles: int, model: str, rule: Settings) -> LookAtTest:
     """Return the parameters by a fit of the test so far."""
-    results = fit(record, model, holdout="none", progress=False).content.results
+    results = fit(record, model, per="all", holdout="none", progress=False).content.results
     found = [p for result in results for p in result.parameters if not p.fixed]
     asked = {n.strip() for n in rule.parameters.split(",") if n.strip()}
     names = {n for p in found for n in (p.name, p.name.partition("@")[0])}
