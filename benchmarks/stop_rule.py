@@ -28,10 +28,11 @@ Replayed tests of {CYCLES} cycles of planted dampers: tanh and bingham by turns,
 noise of 1 to 5 % of the peak force; `mrfit measure watch --within {WITHIN:g}` on all parameters that the test
 determines. `warming`: the yield force falls by 3 % with a time constant of a third of the test. `held`: early stops
 after which every value of the whole log lies in the interval at the stop; `parameters held`: the same of parameters;
-`within`: yield force and damping whose value of the whole log is within {WITHIN:g} % of that at the stop. Early stops are those
-before the last cycle. Seeds below 1 000 were for development.
+`planted held`: how often the interval at the stop holds the planted yield force and damping; `within`: how often
+their value of the whole log is within {WITHIN:g} % of that at the stop. Early stops end before the last cycle. Seeds
+below 1 000 were for development.
 
-| kind | logs | early stops | held (%) | parameters held (%) | within (%) | planted in the interval (%) | median share saved (%) |
+| kind | logs | early stops | held (%) | parameters held (%) | within (%) | planted held (%) | saved, median (%) |
 |---|---|---|---|---|---|---|---|"""
 
 
