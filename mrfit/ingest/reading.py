@@ -33,6 +33,7 @@ from mrfit.ingest.text.headings import (
     cut_at_headings,
     exported,
     heading,
+    names_columns,
     resembles,
     rows_above,
 )
@@ -229,15 +230,16 @@ def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
     Raises
     ------
     Refusal
-        If a line that was read as a damaged row differs from the header in some cells.
+        If a line that was read as a damaged row names columns or units, and is no line of the header.
     """
     refused = {r.line for t in tables for r in t.refused}
     begins = [min((*t.lines[:1], *t.comments, *refused), default=1) for t in tables]
     rows = max((int(t.lines[:FEW_ROWS][-1]) for t in tables if len(t.lines)), default=0)
     header = [line.strip() for line in head.lines[: min(begins, default=1) - 1] if line.strip()][-NAMING_LINES:]
     for line in sorted(refused):
-        if line < min(rows, len(head.lines)) and resembles(head.lines[line - 1], header):
-            what = f"line {line} is another header right below the first ('{excerpt(head.lines[line - 1])}')"
+        text = head.lines[line - 1] if line < min(rows, len(head.lines)) else ""
+        if resembles(text, header) or text.strip() not in header and names_columns(text):
+            what = f"line {line} is another header right below the first ('{excerpt(text)}')"
             raise Refusal(head.path, what, "delete the one that does not hold")
 
 

@@ -240,6 +240,12 @@ def resembles(line: str, headers: Iterable[str]) -> bool:
     return False
 
 
+def names_columns(line: str) -> bool:
+    """Whether a line is a row of names or units, half of them known."""
+    rows = [[c.strip("[](){}") for c in split(line.strip(), d) if c] for d in FIELD_DELIMITERS]
+    return _may_name(line) or any(len(cells) > 1 and are_units(cells) for cells in rows)
+
+
 def rows_above(head: Head, first: int, part: bool = False) -> list[int]:
     """Return the numbers of the lines of numbers between names, or in a ``part`` anywhere, above line ``first``."""
     if part:
