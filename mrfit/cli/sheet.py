@@ -49,7 +49,7 @@ def sheet(
 
 def show(found: "SheetFile") -> None:
     """Print the sheet of every unit."""
-    from mrfit.sheet.tables import across_table, change_table, condition_table, main_table
+    from mrfit.sheet.tables import across_table, change_table, condition_table, main_table, summary_of
     from mrfit.sheet.words import notes_of
 
     several = len(found.units) > 1
@@ -80,7 +80,7 @@ def show(found: "SheetFile") -> None:
     for text in found.left_out:
         console.say(f"  left out: {text}")
     console.say(f"Sign: {found.convention}")
-    console.conclude(f"{_summary(found)}; {', '.join(found.files)}")
+    console.conclude(f"Sheet: {summary_of(found)}; {', '.join(found.files)}")
 
 
 def _print(table: "Table") -> None:
@@ -98,12 +98,3 @@ def _print_verdicts(found: "SheetFile") -> None:
         rows = [v for v in rows if v.verdict == "fail" or v.level == "batch"][:ROWS_LISTED]
     if rows:
         _print(verdict_table(rows, f"Verdicts, {found.limits}", several))
-
-
-def _summary(found: "SheetFile") -> str:
-    conditions, units = sum(len(unit.conditions) for unit in found.units), len(found.units)
-    text = f"Sheet: {number_of('unit', units)}, {number_of('condition', conditions)}"
-    if not found.limits:
-        return text
-    verdicts = [unit.verdict for unit in found.units]
-    return f"{text}, " + ", ".join(f"{verdicts.count(w)} {w}" for w in ("pass", "fail", "cannot be judged"))

@@ -7,8 +7,9 @@
 Intervals follow from those of the forces; where the points leave a line by more than these explain, from the residual.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy.special import chdtrc
@@ -18,6 +19,7 @@ from mrfit.core.specs import Array
 from mrfit.measure.intervals import Estimate, known, student_quantile
 from mrfit.measure.quantity import Quantity, without
 
+Row = TypeVar("Row")
 LAW_SPEEDS = 3
 SAME_SPEED, SAME_CURRENT, LEAST_CURRENT = 0.05, 0.05, 0.02
 """Shares by which speeds and currents (and amperes by which small ones) of one level may differ."""
@@ -77,13 +79,10 @@ def dynamic_range(levels: Sequence[Sequence[ConditionForce]]) -> list[tuple[str,
         Peak forces of positive and negative velocity of every condition.
     """
     found = []
-    left = [pair for pair in levels if np.isfinite(pair[0].current)]
-    while left:
-        speed = left[0][0].velocity
-        group = [pair for pair in left if abs(pair[0].velocity - speed) <= SAME_SPEED * speed]
-        left = [pair for pair in left if pair not in group]
-        group.sort(key=lambda pair: abs(pair[0].current))
-        low, high = group[0], group[-1]
+    known_current = [pair for pair in levels if np.isfinite(pair[0].current)]
+    for group in grouped(known_current, lambda one, other: _same_speed(one[0], other[0])):
+        ordered = sorted(group, key=lambda pair: abs(pair[0].current))
+        low, high = ordered[0], ordered[-1]
         name = high[0].condition
         if same_current(low[0], high[0]):
             found.append((name, Quantity("dynamic range", None, "one current at this speed; two are needed")))
@@ -96,11 +95,7 @@ def dynamic_range(levels: Sequence[Sequence[ConditionForce]]) -> list[tuple[str,
 def fade(levels: Sequence[ConditionForce], name: str) -> list[tuple[str, Quantity]]:
     """Return the loss of peak force from the coldest condition, of one speed and current each."""
     found = []
-    left = [one for one in levels if np.isfinite(one.temperature)]
-    while left:
-        first = left[0]
-        group = [one for one in left if _same(first, one)]
-        left = [one for one in left if one not in group]
+    for group in grouped([one for one in levels if np.isfinite(one.temperature)], _same):
         coldest = min(group, key=lambda one: one.temperature)
         for one in group:
             if one.temperature - coldest.temperature >= WARMER:
@@ -121,6 +116,15 @@ def fade_over_cycles(peak: Estimate) -> Estimate | None:
     return known(float(lost), float(lost - half), float(lost + half), len(peak.cycles) - 2.0)
 
 
+def grouped(rows: Iterable[Row], alike: Callable[[Row, Row], bool]) -> list[list[Row]]:
+    """Return the rows in groups of those that are like the first of them."""
+    groups: list[list[Row]] = []
+    for row in rows:
+        own = next((group for group in groups if alike(group[0], row)), None)
+        groups.append([row]) if own is None else own.append(row)
+    return groups
+
+
 def same_current(one: ConditionForce, other: ConditionForce) -> bool:
     """Return whether two conditions have one current, or none is known of both."""
     if np.isnan(one.current) or np.isnan(other.current):
@@ -129,7 +133,11 @@ def same_current(one: ConditionForce, other: ConditionForce) -> bool:
 
 
 def _same(one: ConditionForce, other: ConditionForce) -> bool:
-    return same_current(one, other) and abs(one.velocity - other.velocity) <= SAME_SPEED * one.velocity
+    return same_current(one, other) and _same_speed(one, other)
+
+
+def _same_speed(one: ConditionForce, other: ConditionForce) -> bool:
+    return abs(one.velocity - other.velocity) <= SAME_SPEED * one.velocity
 
 
 def _distinct(speeds: Array) -> int:

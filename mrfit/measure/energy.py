@@ -52,7 +52,8 @@ def quantities(cycles: Cycles, forces: Forces, sine: bool) -> list[Quantity]:
         found += without(("C_eq",), "the motion is no sine")
     if forces.peaks[True].values.mean() - forces.peaks[False].values.mean() <= 0.0:
         return [*found, *without(("efficiency",), "no force against the motion")]
-    return [*found, Quantity("efficiency", cycles.estimate(_efficiency, work, *_peaks(forces), travel))]
+    inputs = (work, forces.peaks[True], forces.peaks[False], travel)
+    return [*found, Quantity("efficiency", cycles.estimate(lambda w, a, b, s: w / ((a - b) * s), *inputs))]
 
 
 def work_of(cycles: Cycles) -> PerCycle:
@@ -82,11 +83,3 @@ def _sign(cycles: Cycles, force: PerCycle, usual: float) -> float:
     """
     found = cycles.estimate(lambda x: x, force)
     return float(np.sign(found.value)) if abs(found.value) > found.error else usual
-
-
-def _peaks(forces: Forces) -> tuple[PerCycle, PerCycle]:
-    return forces.peaks[True], forces.peaks[False]
-
-
-def _efficiency(work: Array, rebound: Array, compression: Array, travel: Array) -> Array:
-    return work / ((rebound - compression) * travel)

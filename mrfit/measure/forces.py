@@ -58,16 +58,13 @@ def quantities(cycles: Cycles, forces: Forces, rebound: bool = True) -> list[Qua
     least = forces.peaks[not rebound].values.mean()
     if least == 0.0:
         return [*found, *without(("ratio",), "no force in compression")]
-    return [*found, Quantity("ratio", cycles.estimate(_ratio, forces.peaks[rebound], forces.peaks[not rebound]))]
+    inputs = (forces.peaks[rebound], forces.peaks[not rebound])
+    return [*found, Quantity("ratio", cycles.estimate(lambda a, b: np.abs(a) / np.abs(b), *inputs))]
 
 
 def few_at_reversal(cycles: Cycles) -> str:
     """Return the reason for which forces at the reversals are not given."""
     return f"{cycles.per_cycle:.0f} samples a cycle; {FEWEST_AT_REVERSAL} are needed for the force at a reversal"
-
-
-def _ratio(rebound: Array, compression: Array) -> Array:
-    return np.asarray(np.abs(rebound) / np.abs(compression))
 
 
 def _central_half(cycles: Cycles, up: bool) -> float:

@@ -111,7 +111,7 @@ def _stands_out(units: Sequence[UnitRow]) -> list[StandsOut]:
     for unit in units:
         for condition in unit.conditions:
             for one in condition.quantities:
-                if one.value is not None and one.low is not None and one.high is not None:
+                if one.name != "closure" and one.value is not None and one.low is not None and one.high is not None:
                     width = (one.high - one.low) / 2.0
                     values.setdefault((condition.condition, one.name), []).append((unit.unit, one.value, width))
     found = []

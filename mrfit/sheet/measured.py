@@ -339,13 +339,10 @@ def _finite(value: float) -> float | None:
 def _across(levels: Sequence[list[ConditionForce]]) -> list[AcrossRow]:
     """Return the quantities of several conditions of one unit."""
     found = []
-    groups: dict[str, list[list[ConditionForce]]] = {}
-    for one in sorted(levels, key=lambda four: four[0].current):
-        known = [name for name, group in groups.items() if same_current(group[0][0], one[0])]
-        current = one[0].current
+    by_current = sorted(levels, key=lambda four: four[0].current)
+    for group in conditions.grouped(by_current, lambda one, other: same_current(one[0], other[0])):
+        current = group[0][0].current
         name = "all speeds" if np.isnan(current) else f"all speeds, {current:.3g} A"
-        groups.setdefault(known[0] if known else name, []).append(one)
-    for name, group in groups.items():
         for sign, place in (("+", 0), ("-", 1)):
             law = conditions.power_law([one[place] for one in group], sign)
             found += [AcrossRow(conditions=name, quantity=quantity_row(q)) for q in law]

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from mrfit.core.counting import number_of
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
@@ -16,6 +15,7 @@ from mrfit.sheet.tables import (
     change_table,
     condition_table,
     main_table,
+    summary_of,
     unit_table,
     verdict_table,
 )
@@ -42,7 +42,7 @@ def render(sheet: SheetContent) -> str:
     sections += _changes(file)
     if file.left_out:
         sections.append(Section("Left out", file.left_out))
-    lead = _lead(file)
+    lead = f"{summary_of(file)}."
     if len(file.units) > UNITS_SHOWN:
         lead += f" Of {len(file.units)} units {UNITS_SHOWN} have a section, those that fail or cannot be judged first."
     return render_sections(title_of(file), lead, facts_of(file), sections, "sheet.json, sheet.csv")
@@ -53,19 +53,6 @@ def title_of(file: SheetFile, unit: str = "") -> str:
     about = dict(file.settings.get("about") or [])  # type: ignore[call-overload]
     name = next((str(about[k]) for k in about if k.lower() in ("specimen", "title", "damper")), "")
     return f"Test sheet: {name}" if name else f"Test sheet of {unit}" if unit else "Test sheet of a damper"
-
-
-def _lead(file: SheetFile) -> str:
-    conditions = sum(len(unit.conditions) for unit in file.units)
-    text = number_of("condition", conditions)
-    if len(file.units) > 1:
-        text += f" of {len(file.units)} units"
-    if not file.limits:
-        return f"{text}, without limits."
-    counts = [(word, sum(u.verdict == word for u in file.units)) for word in (PASS, FAIL, UNDECIDED)]
-    if len(file.units) == 1:
-        return f"{text}, against {file.limits}: {file.units[0].verdict}."
-    return f"{text}, against {file.limits}: " + ", ".join(f"{n} {word}" for word, n in counts) + "."
 
 
 def facts_of(file: SheetFile) -> list[tuple[str, str]]:
@@ -103,8 +90,8 @@ def unit_sections(sheet: SheetContent, unit: UnitRow, anchor: str, several: bool
         words = "Left the peak force over the peak velocity, with its interval; right that of every cycle."
         shown.append(drawn(f"{anchor}p", "Peak force and history.", words, panels))
     tables = [verdict_table(unit.verdicts)] if unit.verdicts else []
-    heading = f"Verdict: {unit.verdict}" if unit.verdict else "Loops and forces"
-    found = [Section(name + (heading[:1].lower() + heading[1:] if name else heading), (), tables, shown)]
+    heading = (unit.verdict if name else f"Verdict: {unit.verdict}") if unit.verdict else "Loops and forces"
+    found = [Section(name + heading, (), tables, shown)]
     main = [main_table(unit.conditions), *([across_table(unit.across)] if unit.across else [])]
     found.append(Section(f"{name}quantities" if name else "Quantities", notes_of(unit.conditions), main))
     whole = [condition_table(c) for c in unit.conditions]

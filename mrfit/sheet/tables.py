@@ -64,6 +64,17 @@ def verdict_table(rows: Sequence[VerdictRow], caption: str = "Verdicts", several
     return Table(caption, heads, cells)
 
 
+def summary_of(file: SheetFile) -> str:
+    """Return the numbers of conditions, units and verdicts."""
+    conditions = sum(len(unit.conditions) for unit in file.units)
+    text = f"{number_of('condition', conditions)} of {number_of('unit', len(file.units))}"
+    if not file.limits:
+        return f"{text}, without limits"
+    verdicts = [unit.verdict for unit in file.units]
+    counts = ", ".join(f"{verdicts.count(word)} {word}" for word in (PASS, FAIL, UNDECIDED))
+    return f"{text}, against {file.limits}: {counts if len(verdicts) > 1 else verdicts[0]}"
+
+
 def unit_table(file: SheetFile) -> Table:
     """Return the verdicts of every unit as counts."""
     rows = [

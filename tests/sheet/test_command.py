@@ -29,7 +29,10 @@ def test_a_sheet_of_six_conditions_with_limits(tmp_path: Path, mrfit: Run) -> No
         *("measure", "sheet", str(LOGS), "--limits", str(LIMITS / "damper.toml"), "--out", str(out)),
         *("--about", "specimen=<b>MR & 7</b>"),
     )
-    assert "1 pass, 0 fail, 0 cannot be judged" in run.stdout and "positive velocity is rebound" in run.stdout
+    assert (
+        "6 conditions of 1 unit, against Damper of datasets/damper-sines: pass" in " ".join(run.stdout.split())
+        and "positive velocity is rebound" in run.stdout
+    )
     assert {p.name for p in out.iterdir()} == {"sheet.html", "sheet.csv", "sheet.json"}
     page = (out / "sheet.html").read_text()
     assert "&lt;b&gt;MR &amp; 7&lt;/b&gt;" in page and "<b>MR" not in page and "<script" not in page
@@ -143,7 +146,7 @@ def test_a_pipeline_file_writes_the_sheet_of_its_logs(tmp_path: Path, mrfit: Run
     (tmp_path / "l.toml").write_text('[[limit]]\nquantity = "E"\nleast = 1.0\n')
     (tmp_path / "p.toml").write_text('[ingest]\nlogs = ["logs/*.csv"]\n[sheet]\nlimits = "l.toml"\npdf = true\n')
     run = mrfit("run", "p.toml", "--work", "w")
-    assert run.returncode == 0 and "1 pass, 0 fail" in run.stdout, run.stderr
+    assert run.returncode == 0 and "of 1 unit, against l.toml: pass" in run.stdout, run.stderr
     assert {p.name for p in (tmp_path / "w" / "sheet").iterdir()} == {
         *("sheet.html", "sheet.csv", "sheet.json", "sheet.pdf")
     }
