@@ -10,7 +10,7 @@ from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
-from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED
+from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED, plain_log
 from mrfit.report.numbers import in_html, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
@@ -184,6 +184,7 @@ def _panel(axes: "Axes", trend: Trend) -> None:
     axes.set_title(f"{named}, {first.condition}" if first.condition else named)
     if first.log_scale and np.ptp(y) > WIDE_LOGARITHMS:
         axes.set_yscale("log")
+        plain_log(axes)
     axes.set_xlabel(trend.covariates[0] if trend.covariates else "unit", fontsize=8.0)
 
 

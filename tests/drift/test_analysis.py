@@ -1,5 +1,7 @@
 """What drifts is found and named alone, and nothing is where nothing does."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -100,3 +102,9 @@ def test_bounds_hold_over_the_whole_life() -> None:
     assert row.greatest - still.greatest == pytest.approx(10.0, abs=1.0)
     assert row.least == pytest.approx(still.least, abs=1.0)
     assert row.tolerance_high and row.greatest > row.tolerance_high
+
+
+def test_the_axis_of_units_far_apart_is_logarithmic_with_plain_numbers(tmp_path: Path) -> None:
+    mrfit.drift(fleet(np.random.default_rng(2), 6, between=1.5)).save(tmp_path)
+    page = (tmp_path / "drift.html").read_text(encoding="utf-8")
+    assert ">1000<" in page and "mathdefault" not in page
