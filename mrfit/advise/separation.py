@@ -1,7 +1,7 @@
 """How far a test puts rivals apart: every pair, each as the true one, the other refitted to all data."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -144,14 +144,6 @@ class RivalSet:
             gained = added(self.known[a, b], other.jacobian, (true.drawn - other.centre).T)
             found[a, b] = float(np.mean(gained))
         return np.array([min(found[o] for o in (pair, pair[::-1]) if o in found) for pair in self.pairs])
-
-    def with_test(self, shown: TestOutcome) -> "RivalSet":
-        """Return the contest after a test has been made."""
-        known = {
-            (a, b): one.and_(shown.readings[b].jacobian, (shown.readings[a].drawn - shown.readings[b].centre).T)
-            for (a, b), one in self.known.items()
-        }
-        return replace(self, known=known)
 
     def left(self) -> Array:
         """Return by how many standard errors the data there are put each pair apart (pairs,), no test added."""

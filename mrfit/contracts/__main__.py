@@ -19,9 +19,9 @@ from mrfit.core.built_in import Kind
 from mrfit.errors import DataError
 
 _CHECKS: dict[str, Sequence[Check[Any]]] = {
-    "model": models.CHECKS,
-    "effect": effects.CHECKS,
-    "optimizer": optimizers.CHECKS,
+    "model": models.MODEL_CHECKS,
+    "effect": effects.EFFECT_CHECKS,
+    "optimizer": optimizers.OPTIMIZER_CHECKS,
 }
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -61,7 +61,7 @@ def of_reader(name: str, logs: Sequence[Path]) -> Iterator[tuple[str, str]]:
     reader = registry.load("reader", name)
     cases = [(log.name, _content(log)) for log in logs] or [("", b"")]
     for log, data in cases:
-        for check in readers.CHECKS:
+        for check in readers.READER_CHECKS:
             with temporary.folder("contracts") as folder:
                 case = readers.Case(reader, folder, log, data)
                 if check.applies(case):

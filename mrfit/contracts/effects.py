@@ -226,7 +226,7 @@ def _proposed(effect: Effect) -> bool:
     return effect.SPEC.proposed
 
 
-CHECKS: tuple[Check[Effect], ...] = (
+EFFECT_CHECKS: tuple[Check[Effect], ...] = (
     check_of(specification_is_sound),
     check_of(function_is_that_of_the_slot),
     check_of(rivals_are_told_apart, _proposed),

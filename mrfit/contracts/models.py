@@ -264,7 +264,7 @@ def sensitivities_are_the_derivatives(model: Model) -> None:
         need(np.mean(apart) < 0.05, f"{spec.names[column]}: wrong at {100 * np.mean(apart):.0f} % of the samples")
 
 
-CHECKS: tuple[Check[Model], ...] = (
+MODEL_CHECKS: tuple[Check[Model], ...] = (
     check_of(specification_is_sound),
     check_of(bounds_enclose_the_start),
     check_of(units_are_known),

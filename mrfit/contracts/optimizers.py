@@ -209,7 +209,7 @@ def _is_global(optimizer: Optimizer) -> bool:
     return optimizer.SPEC.kind == "global"
 
 
-CHECKS: tuple[Check[Optimizer], ...] = (
+OPTIMIZER_CHECKS: tuple[Check[Optimizer], ...] = (
     check_of(specification_is_sound),
     check_of(options_at_their_bounds_still_search, lambda o: bool(o.SPEC.options)),
     check_of(points_stay_in_the_cube),

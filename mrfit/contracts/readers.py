@@ -150,7 +150,7 @@ def _has_log(case: Case) -> bool:
     return bool(case.data)
 
 
-CHECKS: tuple[Check[Case], ...] = (
+READER_CHECKS: tuple[Check[Case], ...] = (
     check_of(specification_is_sound),
     check_of(files_of_nobody_are_not_claimed, lambda c: c.reader.SPEC.name != FALLBACK),
     check_of(own_log_is_claimed_by_it_alone, _has_log),

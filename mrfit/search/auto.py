@@ -1,6 +1,7 @@
 """Multistart least squares: linear parameters eliminated, in the fewest parameters, on thinned data first."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mrfit.core.specs import Array, OptimizerSpec
 from mrfit.optimizers import multistart
@@ -31,16 +32,9 @@ class Auto(Strategy):
     """
 
     own_parameters: bool = False
-
-    @property
-    def many_starts(self) -> bool:
-        """Every start has a descent of its own."""
-        return True
-
-    @property
-    def from_points(self) -> bool:
-        """Characteristic points are one start of many."""
-        return False
+    # every start has a descent of its own; characteristic points are one start of many
+    many_starts: ClassVar[bool] = True
+    from_points: ClassVar[bool] = False
 
     def budget(self, dimension: int) -> int:
         """Return the evaluations that it asks for where nobody limits them."""

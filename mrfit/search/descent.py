@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,16 +36,9 @@ class Descent(Strategy):
     evaluations: int
     tolerance: float
     exact_below: float
-
-    @property
-    def many_starts(self) -> bool:
-        """Starts that cost little more than the best descend, too."""
-        return True
-
-    @property
-    def from_points(self) -> bool:
-        """Characteristic points say nothing of an optimum nearby."""
-        return False
+    # starts that cost little more than the best descend, too; characteristic points say nothing of an optimum nearby
+    many_starts: ClassVar[bool] = True
+    from_points: ClassVar[bool] = False
 
     def budget(self, dimension: int) -> int:
         """Return the evaluations that it asks for where nobody limits them."""

@@ -40,8 +40,3 @@ class Amplifier:
             raise ConfigError("an amplifier needs --most 1 or more, --rate and --voltage above 0, no negative R or L")
         if self.voltage is not None and self.inductance <= 0.0:
             raise ConfigError("--voltage limits the current's rate through the coil's inductance: add --inductance")
-
-    @property
-    def unlimited(self) -> bool:
-        """Whether every current tested can be commanded at any time."""
-        return self.rate is None and self.voltage is None and self.least is None

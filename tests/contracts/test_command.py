@@ -46,7 +46,7 @@ def faults(checks: Any, item: Any, *asked: str) -> set[str]:
 
 
 def test_a_sound_model_keeps_all() -> None:
-    assert faults(models.CHECKS, SimpleNamespace(SPEC=SPEC, response=line)) == set()
+    assert faults(models.MODEL_CHECKS, SimpleNamespace(SPEC=SPEC, response=line)) == set()
 
 
 def _noisy(drive: np.ndarray, theta: np.ndarray, dt: float) -> np.ndarray:
@@ -119,7 +119,7 @@ MODELS = {
 @pytest.mark.parametrize("check", MODELS)
 def test_a_model_that_breaks_a_check_is_found(check: str) -> None:
     item = SimpleNamespace(**({"SPEC": SPEC, "response": line} | MODELS[check]))
-    assert faults(models.CHECKS, item, check) == {check}
+    assert faults(models.MODEL_CHECKS, item, check) == {check}
 
 
 EFFECT = EffectSpec(
@@ -165,14 +165,14 @@ EFFECTS = {
 def test_a_sound_effect_keeps_all() -> None:
     item = SimpleNamespace(SPEC=EFFECT, term=spring)
     plugins.register(item, "the test")
-    assert faults(effects.CHECKS, item) == set()
+    assert faults(effects.EFFECT_CHECKS, item) == set()
 
 
 @pytest.mark.parametrize("check", EFFECTS)
 def test_an_effect_that_breaks_a_check_is_found(check: str) -> None:
     item = SimpleNamespace(**({"SPEC": EFFECT, "term": spring} | EFFECTS[check]))
     plugins.register(item, "the test")
-    assert faults(effects.CHECKS, item, check) == {check}
+    assert faults(effects.EFFECT_CHECKS, item, check) == {check}
 
 
 def _optimizer(minimise: Any, kind: Any = "global") -> SimpleNamespace:
@@ -208,7 +208,7 @@ def _blind(objective: Any, rng: np.random.Generator, options: Any) -> None:
 def test_an_optimizer_that_breaks_a_check_is_found(item: SimpleNamespace, wrong: set[str]) -> None:
     plugins.register(item, "the test")
     kept = {"points_stay_in_the_cube", "budget_is_never_exceeded", "flat_objective_ends_quietly"}
-    assert faults(optimizers.CHECKS, item, *wrong, *kept) == wrong
+    assert faults(optimizers.OPTIMIZER_CHECKS, item, *wrong, *kept) == wrong
 
 
 @pytest.fixture
@@ -224,7 +224,7 @@ def _reader_faults(folder: Path, log: Path, **changes: Any) -> set[str]:
         setattr(item, name, change(getattr(item, name)))
     plugins.register(item, "the test")
     found = set()
-    for k, check in enumerate(readers.CHECKS):
+    for k, check in enumerate(readers.READER_CHECKS):
         (folder / str(k)).mkdir()
         case = readers.Case(item, folder / str(k), log.name, log.read_bytes())
         if check.applies(case) and broken(check, case):

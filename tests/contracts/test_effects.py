@@ -6,7 +6,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from mrfit.contracts.check import Check, ContractBreach, applying
-from mrfit.contracts.effects import CHECKS, rivals_are_told_apart
+from mrfit.contracts.effects import EFFECT_CHECKS, rivals_are_told_apart
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
 from mrfit.core.protocols import SLOT_FUNCTIONS
@@ -14,7 +14,7 @@ from mrfit.core.specs import EffectSpec
 from mrfit.simulate.assembly import SLOTS
 
 NAMES = own_names("effect")
-CASES = [(name, check) for name in NAMES for check in applying(CHECKS, registry.load("effect", name))]
+CASES = [(name, check) for name in NAMES for check in applying(EFFECT_CHECKS, registry.load("effect", name))]
 
 
 @pytest.fixture(params=NAMES)

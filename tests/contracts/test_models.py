@@ -5,12 +5,12 @@ from types import ModuleType
 import pytest
 
 from mrfit.contracts.check import Check, applying
-from mrfit.contracts.models import CHECKS
+from mrfit.contracts.models import MODEL_CHECKS
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
 
 NAMES = own_names("model")
-CASES = [(name, check) for name in NAMES for check in applying(CHECKS, registry.load("model", name))]
+CASES = [(name, check) for name in NAMES for check in applying(MODEL_CHECKS, registry.load("model", name))]
 
 
 @pytest.fixture(params=NAMES)
@@ -24,7 +24,7 @@ def test_model_keeps(name: str, check: Check) -> None:
 
 
 def test_every_check_concerns_some_model() -> None:
-    assert {check.name for _, check in CASES} == {check.name for check in CHECKS}
+    assert {check.name for _, check in CASES} == {check.name for check in MODEL_CHECKS}
 
 
 def test_specification_is_named_after_its_file_and_says_where_it_comes_from(model: ModuleType) -> None:

@@ -3,12 +3,12 @@
 import pytest
 
 from mrfit.contracts.check import Check, applying
-from mrfit.contracts.optimizers import CHECKS
+from mrfit.contracts.optimizers import OPTIMIZER_CHECKS
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
 
 NAMES = own_names("optimizer")
-CASES = [(name, check) for name in NAMES for check in applying(CHECKS, registry.load("optimizer", name))]
+CASES = [(name, check) for name in NAMES for check in applying(OPTIMIZER_CHECKS, registry.load("optimizer", name))]
 
 
 @pytest.mark.parametrize(("name", "check"), CASES, ids=[f"{name} {check.name}" for name, check in CASES])

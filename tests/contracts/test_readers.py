@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrfit.contracts.check import Check
-from mrfit.contracts.readers import CHECKS, Case
+from mrfit.contracts.readers import READER_CHECKS, Case
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
 from mrfit.core.recording import Recording
@@ -38,7 +38,7 @@ def _case(name: str, folder: Path) -> Case:
     return Case(registry.load("reader", name), folder, truth.name, truth.data, name in OWN_NAME, name in WHOLE_ONLY)
 
 
-CASES = [(name, check) for name in NAMES for check in CHECKS if check.applies(_case(name, Path()))]
+CASES = [(name, check) for name in NAMES for check in READER_CHECKS if check.applies(_case(name, Path()))]
 
 
 @pytest.mark.parametrize(("name", "check"), CASES, ids=[f"{name} {check.name}" for name, check in CASES])

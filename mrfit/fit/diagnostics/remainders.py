@@ -34,7 +34,7 @@ REFIT_STEPS, FAR_STEPS = 3, 10
 """Chord steps of a refit: from the optimum nearby, and to another law of current."""
 DAMPINGS = (1e-8, 1e-5, 1e-3, 1e-1)
 """Of a step, in squares of the greatest singular value: what moves the output less is followed less."""
-BENDS = 1e-3
+WEAK_BEND = 1e-3
 """Weight of the coefficients of a law of current, in the greatest singular value: data that tell them outweigh it."""
 
 
@@ -131,7 +131,7 @@ def refitted(posed: LeastSquaresProblem, point: Array, groups: Index, bends: Arr
     """
     count, every, residuals = int(groups.max()) + 1, range(int(groups.max()) + 1), posed.residuals
     if bends is not None and len(bends):
-        weak = BENDS * float(np.linalg.norm(sensitivities(residuals, point), 2)) * bends
+        weak = WEAK_BEND * float(np.linalg.norm(sensitivities(residuals, point), 2)) * bends
         groups = np.concatenate([groups, np.full(len(bends), -1)])
 
         def residuals(points: Array) -> Array:
