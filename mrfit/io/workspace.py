@@ -39,7 +39,10 @@ FIT_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._+-]*")
 """Names of fits, which name folders and stand in tables."""
 LONGEST_NAME = 200
 """Characters of a fit's name; file systems take 255 bytes."""
-FOLDERS = ("recordings", "flux", "fits", "report", "discover", "compare", "advise", "apply", "export", "predict")
+FOLDERS = (
+    *("recordings", "flux", "fits", "report", "discover", "compare", "advise", "apply", "export", "predict"),
+    *("track", "plot", "sheet"),
+)
 """Folders of a workspace."""
 FILES = ("ingest.json", "flux.json", "segments.parquet")
 """Files of a workspace beside its folders, without which it holds no fit."""
@@ -47,7 +50,7 @@ NO_LINKS = ("channel-map.toml", "batch.jsonl")
 """Files that are no links: what they lead to would be believed, or written into."""
 TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
 """Names of files not yet written whole."""
-TEMPORARY_NAMES = (".ingest.json.", ".flux.json.", ".segments.parquet.")
+TEMPORARY_NAMES = (".ingest.json.", ".flux.json.", ".segments.parquet.", ".batch.parquet.", ".batch.html.")
 """Beginnings of such names in the workspace itself, where files of others may lie."""
 REMOVED = ".mrfit-removed-"
 """Beginning of the names of folders of fits that are being removed."""

@@ -304,7 +304,7 @@ def test_a_workspace_that_is_a_link_itself_and_links_to_files_are_followed_to_re
 
 def test_only_temporary_files_of_mrfit_are_cleaned(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
-    ours = (".ingest.json.12.tmp", ".segments.parquet.3.tmp", "recordings/.a.parquet.7.tmp", "report/a/.a.svg.1.tmp")
+    ours = (".ingest.json.12.tmp", ".batch.parquet.3.tmp", "recordings/.a.parquet.7.tmp", "report/a/.a.svg.1.tmp")
     others = (".notes.tmp", ".plan.12.tmp", "logs/.a.csv.7.tmp", "recordings/.mine.tmp", "recordings/a.7.tmp")
     for name in (*ours, *others):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
