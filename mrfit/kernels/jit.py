@@ -8,7 +8,6 @@ import hashlib
 import math
 import os
 import stat
-import sys
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
@@ -155,8 +154,6 @@ event.register("numba:compile", _Compilation())  # type: ignore[no-untyped-call]
 
 # Seconds that a process waits for another to compile a kernel
 _PATIENCE = 60.0
-# Calls within each other that a compilation may need
-_DEPTH = 10_000
 
 
 def is_cold() -> bool:
@@ -180,9 +177,6 @@ def kernel(function: F, kept: bool = True) -> F:
     def compile_once(types: Any) -> Any:
         with ExitStack() as held:
             held.enter_context(global_compiler_lock)
-            # numba walks through the blocks of a kernel by recursion, from where its caller stands
-            held.callback(sys.setrecursionlimit, sys.getrecursionlimit())
-            sys.setrecursionlimit(max(sys.getrecursionlimit(), _DEPTH))
             if kept and types not in compiled.overloads:
                 # another process may compile it now, and leave it in the cache; where files cannot be locked, twice
                 with suppress(OSError, NotImplementedError):
