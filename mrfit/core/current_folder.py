@@ -72,7 +72,8 @@ class MatplotlibFinder:
         """Return the place of matplotlib; of other modules nothing is known here."""
         if name != "matplotlib":
             return None
-        others = [f for f in sys.meta_path if f is not self]
+        # those behind it alone: two of a kind would ask each other without end
+        others = sys.meta_path[sys.meta_path.index(self) + 1 :]
         spec = next((s for f in others if (s := f.find_spec(name, path)) is not None), None)
         if spec is not None and spec.loader is not None:
             load = spec.loader.exec_module
