@@ -17,6 +17,7 @@ from mrfit.measure import bilinear, conditions, current_steps, energy, forces, l
 from mrfit.measure.conditions import LEAST_CURRENT, ConditionForce, same_current
 from mrfit.measure.cycles import BRANCH_GRID, Cycles, cycles_of
 from mrfit.measure.intervals import Estimate
+from mrfit.measure.phase import widened
 from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.measure.usable import unusable
 from mrfit.report.numbers import significant
@@ -177,19 +178,24 @@ def _condition(
         cycles = cycles.negated()
         findings.append("the force is negated: its work over a cycle is negative, and a damper takes work")
     own = forces.forces_of(cycles, settings.central / 100.0)
-    found = [
-        *forces.quantities(cycles, own, settings.rebound == "positive"),
-        *energy.quantities(cycles, own, segment.waveform == "sine"),
-        *bilinear.quantities(cycles, own),
-        *slow_cycles.quantities(cycles, settings.slow),
-        *loop_shape.quantities(cycles, own, settings.width_at),
-    ]
+    late = cycles.late_by(cycles.dt)
+
+    def quantities(some: Cycles, of_these: forces.Forces) -> list[Quantity]:
+        return [
+            *forces.quantities(some, of_these, settings.rebound == "positive"),
+            *energy.quantities(some, of_these, segment.waveform == "sine"),
+            *bilinear.quantities(some, of_these),
+            *loop_shape.quantities(some, of_these, settings.width_at),
+        ]
+
+    moved = quantities(late, forces.forces_of(late, settings.central / 100.0, own.peaks))
+    found = [*widened(cycles, quantities(cycles, own), moved), *slow_cycles.quantities(cycles, settings.slow)]
     by_name = {q.name: q.estimate for q in found if q.estimate}
     for sign in ("+", "-"):
         lost = conditions.fade_over_cycles(by_name[f"Fmax{sign}"])
         found.append(Quantity(f"fade{sign}", lost, "" if lost else "fewer than three cycles"))
     found.sort(key=lambda q: list(SHEET_QUANTITIES).index(q.name))
-    findings += _sensitive(cycles, own, by_name)
+    findings += _sensitive(cycles, moved, by_name)
     temperature = _temperatures(recording, cycles)
     current = 0.0 if abs(segment.current) < LEAST_CURRENT else segment.current
     speed = cycles.peak_velocity * cycles.gain
@@ -218,14 +224,11 @@ def _condition(
     return row, _loop(cycles, replace(segment, current=current), unit), course, level
 
 
-def _sensitive(cycles: Cycles, own: forces.Forces, found: Mapping[str, Estimate]) -> list[str]:
+def _sensitive(cycles: Cycles, moved: Sequence[Quantity], found: Mapping[str, Estimate]) -> list[str]:
     """Return the changes by a skew of one sample that are more than the intervals; peak forces have none."""
-    moved = cycles.late_by(cycles.dt)
-    late = forces.forces_of(moved, peaks=own.peaks)
-    others = [*forces.quantities(moved, late), *energy.quantities(moved, late, False)]
     peak = max(abs(found["Fmax+"].value), abs(found["Fmax-"].value))
     words = []
-    for one in others:
+    for one in moved:
         if one.estimate is None or one.name not in found or one.name == "closure":
             continue
         known = found[one.name]

@@ -7,6 +7,7 @@ from mrfit.core.recording import Recording
 from mrfit.measure import bilinear, energy, forces, loop_shape
 from mrfit.measure.cycles import Cycles, cycles_of
 from mrfit.measure.intervals import Estimate
+from mrfit.measure.phase import widened
 from mrfit.measure.quantity import Quantity
 from mrfit.segment.stage import Settings, cut
 
@@ -26,14 +27,18 @@ def cycles(record: Recording, skew: float = 0.0) -> Cycles:
 
 
 def quantities(whole: Cycles) -> dict[str, Quantity]:
-    own = forces.forces_of(whole)
-    found = [
+    own, late = forces.forces_of(whole), whole.late_by(whole.dt)
+    moved = _groups(late, forces.forces_of(late, peaks=own.peaks))
+    return {one.name: one for one in widened(whole, _groups(whole, own), moved)}
+
+
+def _groups(whole: Cycles, own: forces.Forces) -> list[Quantity]:
+    return [
         *forces.quantities(whole, own),
         *energy.quantities(whole, own, True),
         *bilinear.quantities(whole, own),
         *loop_shape.quantities(whole, own),
     ]
-    return {one.name: one for one in found}
 
 
 def known(found: dict[str, Quantity]) -> dict[str, Estimate]:
