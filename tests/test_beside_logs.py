@@ -150,6 +150,8 @@ def test_only_folders_named_in_full_are_searched_for_code(monkeypatch: pytest.Mo
     [
         ("-P", "-c", "import mrfit.core.current_folder, matplotlib"),
         ("-c", "from mrfit.core import current_folder as place; place.leave_out(); import matplotlib"),
+        # a command that a command began has two finders
+        ("-P", "-c", "from mrfit.core import current_folder as place; place.leave_out(); import matplotlib"),
     ],
 )
 def test_settings_of_matplotlib_beside_logs_are_hidden(words: tuple[str, ...], tmp_path: Path) -> None:
