@@ -187,5 +187,5 @@ def drift_words(rows: Sequence[DriftRow]) -> str:
         )
     return (
         f"{'; '.join(parts)}: steadily within the record, which no input explains; it is not counted as noise; fit "
-        "blocks of it, by `mrfit segment --blocks`, and `mrfit drift` says which parameter moves"
+        "blocks of it, by `mrfit segment --blocks 20`, and `mrfit drift` says which parameter moves"
     )

@@ -22,7 +22,7 @@ from mrfit.fit.diagnostics.uncertainty import RANK_TOLERANCE, Linearisation, Unc
 from mrfit.io.schemas.band import Refits
 from mrfit.search.cube import Cube
 from mrfit.search.problem import LeastSquaresProblem
-from mrfit.search.reparametrised import reduced_problem
+from mrfit.search.reduced_problem import reduced_problem
 from mrfit.simulate.assembly import Assembly
 
 WALKERS_PER_PARAMETER, FEWEST_WALKERS = 4, 16
