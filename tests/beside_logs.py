@@ -65,7 +65,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("measure", "watch", "one.csv", "--model", "tanh", "--parameters", "fy", "--within", "20"),
     ("measure", "lag", "one.csv", "--command", "displacement", "--actual", "force"),
     ("batch", ".", "--like", "*.csv", "--model", "bingham", "--report", "--work", "batch", "--jobs", "2"),
-    ("drift", "batch/batch.parquet"),
+    ("drift", "batch/batch.parquet", "--over", "current"),
     ("track-parameters", "logs/sine-1Hz-10mm-1A.csv", "--fit", "tanh.auto.all", "--track", "fy"),
     ("run", "pipeline.toml", "--jobs", "2"),
     ("status",),

@@ -156,6 +156,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         study, before = Study(folder, monkeypatch, None), signal.getsignal(signal.SIGTERM)
         assert study.run("ingest", "logs", "-q").code == 0
         assert study.run(*AGAIN["fit"]).code == 0
+        # a drift compares one fit with another
+        shutil.copytree(study.workspace.root, folder / "again-work")
         signal.signal(signal.SIGTERM, before)
         study.fresh()
     yield folder
@@ -246,7 +248,7 @@ SIMULATE: dict[str, Sequence[str]] = {
         "--control",
         "passive-low",
     ),
-    "drift": ("drift", "mrfit-work", "--fit", NAME),
+    "drift": ("drift", "mrfit-work", "again-work", "--fit", NAME),
     "track-parameters": ("track-parameters", "logs/t1Hz-10mm-1A.csv", "--fit", NAME, "--track", "fy"),
     "advise": ("advise", "--goal", "parameters", "--fit", NAME, "--rig", "rig.toml"),
 }
