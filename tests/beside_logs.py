@@ -66,7 +66,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("measure", "lag", "one.csv", "--command", "displacement", "--actual", "force"),
     ("batch", ".", "--like", "*.csv", "--model", "bingham", "--report", "--work", "batch", "--jobs", "2"),
     ("drift", "batch/batch.parquet", "--over", "current"),
-    ("track-parameters", "logs/sine-1Hz-10mm-1A.csv", "--fit", "tanh.auto.all", "--track", "fy"),
+    ("track-parameters", "one.csv", "--fit", "tanh.auto.all", "--track", "fy"),
     ("run", "pipeline.toml", "--jobs", "2"),
     ("status",),
     ("list", "models"),
