@@ -106,7 +106,8 @@ def posterior_density(
 def draws_of_fit(
     posed: LeastSquaresProblem,
     point: Array,
-    known: tuple[Uncertainty, Linearisation],
+    uncertainty: Uncertainty,
+    linearised: Linearisation,
     linearised_at: Callable[[Assembly, Cube, Array], Linearisation],
     rng: np.random.Generator,
 ) -> Array:
@@ -116,14 +117,13 @@ def draws_of_fit(
     ----------
     posed, point
         Folded blocks that were fitted, and the optimum.
-    known
-        Uncertainty and linearised fit there.
+    uncertainty, linearised
+        Of the fit there.
     linearised_at
         Linearises the fit in other parameters.
     rng
         What draws.
     """
-    uncertainty, linearised = known
     found = reduced_problem(posed)
     if found is None or len(found[1].cube.free) == len(point):
         return posterior_draws(posterior_density(posed, point, uncertainty, linearised), uncertainty, rng)

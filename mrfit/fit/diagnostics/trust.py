@@ -91,7 +91,8 @@ def trust(
         points = draws_of_fit(
             folded,
             point,
-            (uncertainty, linearised),
+            uncertainty,
+            linearised,
             lambda model, own, at: linearise(group, model, own, at, weight),
             rng,
         )
