@@ -102,8 +102,11 @@ class GrowingLog:
         with temporary.folder("watch") as place:
             copy = place / self.path.name
             copy.write_bytes(text)
+            maps = mrfit.ingest.stage.maps_of([self.path], self.settings)
             try:
-                found = mrfit.ingest.stage.read([copy], self.settings).recordings
+                found = mrfit.ingest.stage.read(
+                    [copy], replace(self.settings, map=maps[0] if maps else None)
+                ).recordings
             except DataError:
                 return None
         return replace(found[0], source=str(self.path)) if len(found) == 1 else None

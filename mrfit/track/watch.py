@@ -112,22 +112,21 @@ def watch(records: Iterable[Recording], model: str, rule: Settings) -> Iterator[
     ConfigError
         If a parameter is not one of the model's.
     """
-    due, found, last, seen = rule.least_cycles, None, None, 0
+    due, seen, cycles = rule.least_cycles, 1, 0
+    found, record = None, None
     look_at = partial(look, model=model, rule=rule)
     for record in records:
         cycles, _ = steady_cycles(record)
         if cycles < due:
-            last = record
             continue
         before, found = found is not None and found.reached, look_at(record, cycles)
         yield replace(found, reached=found.reached and before)
         if found.reached and before:
             return
-        last, seen = None, cycles
-        due = cycles + max(1, math.floor(CYCLES_BETWEEN * cycles))
+        seen, due = cycles, cycles + max(1, math.floor(CYCLES_BETWEEN * cycles))
     # the test is over: what was recorded since the last look, or that look without another that confirms it
-    if last is not None and (cycles := steady_cycles(last)[0]) > max(seen, 1):
-        yield look_at(last, cycles)
+    if record is not None and cycles > seen:
+        yield look_at(record, cycles)
     elif found is not None and found.reached:
         yield found
 
@@ -136,7 +135,7 @@ def look(record: Recording, cycles: int, model: str, rule: Settings) -> LookAtTe
     """Return the parameters by a fit of the test so far."""
     results = fit(record, model, per="all", holdout="none", progress=False).content.results
     found = [p for result in results for p in result.parameters if not p.fixed]
-    asked = {n.strip() for n in rule.parameters.split(",") if n.strip()}
+    asked = {n for n in rule.parameters if n}
     names = {n for p in found for n in (p.name, p.name.partition("@")[0])}
     if unknown := sorted(asked - names):
         raise ConfigError(f"--parameters: {model} has no '{unknown[0]}'; it has {', '.join(sorted(names))}")

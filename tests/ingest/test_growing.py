@@ -88,6 +88,21 @@ def test_a_log_that_cannot_be_read_yet_is_read_later(tmp_path: Path) -> None:
     _same(log.record, _whole(path))
 
 
+def test_the_channel_map_beside_the_log_holds(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("a,b,c\n" + "".join(ROWS[:300]))
+    (tmp_path / "mrfit.toml").write_text(
+        'time = 0\n[channels]\ndisplacement = {column = 1, unit = "mm"}\nforce = {column = 2, unit = "N"}\n'
+    )
+    log = GrowingLog(path, Settings())
+    assert log.grow()
+    with path.open("a") as file:
+        file.writelines(ROWS[300:])
+    assert log.grow()
+    _same(log.record, _whole(path))
+    assert log.record is not None and set(log.record.channels) == {"displacement", "force"}
+
+
 def test_a_log_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"gone\.csv: cannot be read"):
         GrowingLog(tmp_path / "gone.csv", Settings()).grow()

@@ -23,7 +23,7 @@ def record(cycles: int, noise: float = 5.0) -> Recording:
 
 
 def test_it_stops_when_the_planted_values_are_known() -> None:
-    looks = list(watch(replayed(record(24)), "tanh", Settings(within=6.0, parameters="fy,c")))
+    looks = list(watch(replayed(record(24)), "tanh", Settings(within=6.0, parameters=("fy", "c"))))
     last = looks[-1]
     assert last.reached and 4 <= last.cycles < 20
     assert not any(look.reached for look in looks[:-1])
@@ -33,11 +33,11 @@ def test_it_stops_when_the_planted_values_are_known() -> None:
 
 
 def test_more_cycles_are_asked_where_the_intervals_are_wide() -> None:
-    looks = list(watch(replayed(record(12)), "tanh", Settings(within=0.5, parameters="c")))
+    looks = list(watch(replayed(record(12)), "tanh", Settings(within=0.5, parameters=("c",))))
     last = looks[-1]
     assert not last.reached and last.needed is not None and last.needed > last.cycles
     # half the width takes four times the cycles
-    (half,) = watch([record(12)], "tanh", Settings(within=0.25, parameters="c"))
+    (half,) = watch([record(12)], "tanh", Settings(within=0.25, parameters=("c",)))
     assert half.needed == pytest.approx(4 * last.needed, rel=0.05)
 
 
@@ -52,7 +52,7 @@ def test_values_of_another_look_that_an_interval_does_not_hold_are_named() -> No
 
 def test_what_cannot_be_watched_is_said() -> None:
     with pytest.raises(ConfigError, match="--parameters: tanh has no 'cc'"):
-        list(watch([record(6)], "tanh", Settings(parameters="cc")))
+        list(watch([record(6)], "tanh", Settings(parameters=("cc",))))
     still = Recording.from_arrays(dt=0.01, displacement=np.zeros(300), force=np.ones(300))
     with pytest.raises(DataError, match="no steady cycles"):
         list(replayed(still))
