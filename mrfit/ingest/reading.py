@@ -33,6 +33,7 @@ from mrfit.ingest.text.headings import (
     cut_at_headings,
     exported,
     heading,
+    is_of_numbers,
     names_columns,
     resembles,
     rows_above,
@@ -235,7 +236,8 @@ def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
     refused = {r.line for t in tables for r in t.refused}
     begins = [min((*t.lines[:1], *t.comments, *refused), default=1) for t in tables]
     rows = max((int(t.lines[:FEW_ROWS][-1]) for t in tables if len(t.lines)), default=0)
-    header = [line.strip() for line in head.lines[: min(begins, default=1) - 1] if line.strip()][-NAMING_LINES:]
+    above = head.lines[: min(begins, default=1) - 1]
+    header = [line.strip() for line in above if line.strip() and not is_of_numbers(line)][-NAMING_LINES:]
     for line in sorted(refused):
         text = head.lines[line - 1] if line < min(rows, len(head.lines)) else ""
         if resembles(text, header) or text.strip() not in header and names_columns(text):

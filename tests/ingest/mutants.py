@@ -17,6 +17,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,8 @@ class Mutant:
         Whether the log counts its time from its first readable row.
     header_lines
         Lines of a second header, which are no rows: they may be refused as a repeated header is.
+    notes
+        Comments beside a second header, counted in ``rows``: they may be taken as lines of it.
     """
 
     label: str
@@ -76,6 +79,7 @@ class Mutant:
     beside: dict[str, bytes] = field(default_factory=dict)
     relative: bool = False
     header_lines: int = 0
+    notes: int = 0
 
 
 SUBJECTS: dict[str, Callable[[random.Random], Mutant]] = {}
@@ -141,7 +145,9 @@ def _uncounted(mutant: Mutant, recordings: list[Recording]) -> list[str]:
     counted = sum(r.rows_kept + r.rows_refused for r in recordings) + sum(int(c.split()[0]) for c in comments)
     counted += 0 if mutant.header_lines else len(headers)
     stopped = any("nothing is read from there on" in h for h in headers)
-    if mutant.rows is None or stopped or counted - mutant.rows in (0, mutant.header_lines):
+    if mutant.rows is None or stopped:
+        return []
+    if any(0 <= mutant.rows + lines - counted <= mutant.notes for lines in (0, mutant.header_lines)):
         return []
     return [f"{mutant.rows} rows in, {counted} counted"]
 
@@ -549,7 +555,18 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         beside={"RefCurve.csv": RS_SETTINGS.encode()} if reader == "rohde-schwarz" else {},
         relative=reader == "daq-text",
         header_lines=sum(len(row.text.split(draft.end)) for row in draft.rows if row.larger is not None),
+        notes=sum(_notes_beside_header(list(rows)) for numbers, rows in groupby(draft.rows, _begins) if not numbers),
     )
+
+
+def _begins(row: Row) -> bool:
+    """Whether a row begins with a number."""
+    return row.number is not None and bool(re.match(r"\s*[+-]?\d", row.text))
+
+
+def _notes_beside_header(rows: list[Row]) -> int:
+    """Return the number of comments among lines, if a second header is among them."""
+    return sum(r.counts and r.number is None for r in rows) if any(r.larger is not None for r in rows) else 0
 
 
 def _random_text_mutant(reader: str) -> Callable[[random.Random], Mutant]:

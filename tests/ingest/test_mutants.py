@@ -80,7 +80,7 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
 
 # The second header has a time in another unit; an unknown unit stands in the first; the first row is damaged; a garbled
 # cell looks like a factor; overload marks stand around the header; rows stand above the only header that can be read;
-# a damaged row stands right above the second.
+# a damaged row stands right above the second; a comment does; marks of overload part two rows of units.
 @pytest.mark.parametrize(
     ("name", "number"),
     [
@@ -91,8 +91,18 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
         ("delimited-semicolon-two-headers", 170),
         ("leybold-cassy-two-headers", 123),
         ("leybold-cassy-two-headers", 810007),
+        ("leybold-cassy-two-headers", 960268),
+        ("siglent-two-headers", 960378),
     ],
 )
 def test_a_header_within_a_log_is_seen_whatever_else_is_damaged(name: str, number: int) -> None:
     tally = campaign(name, number, 1)
     assert not tally.faults and tally.outcomes["read"] == 1
+
+
+def test_the_oracle_lets_a_comment_be_of_a_header_and_no_row() -> None:
+    name, number = "leybold-cassy-two-headers", 960268
+    mutant = SUBJECTS[name](random.Random(f"{name} {number}"))
+    (first, second), refusals = read(mutant)
+    assert mutant.notes == 1 and not judge(mutant, [first, second], refusals)
+    assert judge(mutant, [replace(first, rows_kept=first.rows_kept - 1), second], refusals)

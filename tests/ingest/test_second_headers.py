@@ -1,4 +1,4 @@
-"""Two headers with hardly a row between them: the log is refused, not read by the wrong one."""
+"""Second headers: which one holds is asked for, or told by the rows between; names are never made of units or marks."""
 
 from pathlib import Path
 
@@ -52,3 +52,45 @@ def test_a_header_that_is_repeated_below_its_rows_is_left_out(tmp_path: Path) ->
     log.write_text("\n".join(text) + "\n", encoding="utf-8")
     (read,) = mrfit.read(log, progress=False)
     assert read.samples == 240 and read.rows_refused == 2
+
+
+def _read(text: list[str], tmp_path: Path) -> list[mrfit.Recording]:
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(text) + "\n", encoding="utf-8")
+    return mrfit.read(log, progress=False)
+
+
+@pytest.mark.parametrize("between", [2, 100])
+@pytest.mark.filterwarnings("ignore:left out")
+def test_units_that_none_knows_are_no_names_for_a_second_header(between: int, tmp_path: Path) -> None:
+    text = ["x-axis,1,4", "second,%FS,qzx", *_rows(",", between), "second,Volt,mV", *_rows(",", 240, between)]
+    (read,) = _read(text, tmp_path)
+    assert read.units == {"ch1": "", "ch4": ""} and read.samples == between
+    assert [f"line {between + 3} begins another header" in f.text for f in read.findings].count(True) == 1
+
+
+@pytest.mark.parametrize("between", [2, 100])
+def test_a_second_unit_row_below_unknown_units_is_read_where_names_stand_above(between: int, tmp_path: Path) -> None:
+    text = ["Zeit;Kraft;Weg", "zoll;deg_Q;qzx", *_rows(";", between), "s;kN;mm", *_rows(";", 240, between)]
+    first, second = _read(text, tmp_path)
+    assert first.units == {"kraft": "", "weg": ""} and first.samples == between
+    assert second.units == {"force": "N", "displacement": "m"} and second.samples == 240 - between
+    np.testing.assert_allclose(second.channels["force"], [1e3 * round(r[1], 4) for r in ROWS[between:]])
+
+
+OVERLOADED = [
+    (["Source,CH1,CH2", "Volt,Volt", "OL,OL,OL", "Second,Volt,mV", "OL,OL,OL"], {"ch1": "V", "ch2": "V"}, 1.0),
+    (["Zeit,Kraft,Weg", "s,kN,mm", "OL,OL,OL", "s,N,mm", "OL,OL,OL"], {"force": "N", "displacement": "m"}, 1.0),
+    (["Zeit,Kraft,Weg", "s,kN,mm", "-9,OL,OL", "s,N,mm", "-8,OL,OL"], {"force": "N", "displacement": "m"}, 1.0),
+    (["Rig,N. N.,", "t,F,s", "s,kN,mm", "OL,OL,OL", "OL,OL,OL"], {"force": "N", "displacement": "m"}, 1e3),
+]
+
+
+@pytest.mark.parametrize(("header", "units", "first"), OVERLOADED, ids=["scope", "marks", "time is there", "once"])
+def test_marks_of_overload_between_two_rows_of_units_are_no_names(
+    header: list[str], units: dict[str, str], first: float, tmp_path: Path
+) -> None:
+    (read,) = _read([*header, *_rows(",", 240)], tmp_path)
+    assert read.units == units and (read.rows_kept, read.rows_refused) == (240, 2)
+    for values, column, scale in zip(read.channels.values(), (1, 2), (first, 1e-3), strict=True):
+        np.testing.assert_allclose(values, [scale * round(r[column], 4) for r in ROWS], atol=1e-12)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mrfit.errors import DataError
 from tests.ingest.conftest import ReadLog
 
 K = np.arange(200)
@@ -38,6 +39,18 @@ def test_an_unknown_unit_keeps_its_column_as_printed(name: str, text: str, unit:
     np.testing.assert_allclose(record.channels[printed], TWO)
     said = [f.text for f in record.findings if f.kind == "unknown-unit"]
     assert len(said) == 1 and f"in '{unit}': kept as printed" in said[0]
+
+
+def test_a_row_of_unknown_units_refuses_no_log(read_log: ReadLog) -> None:
+    (record,) = read_log("Time,Load,Other\nzoll,deg_Q,qzx\n" + rows(","))
+    assert (record.dt, record.units) == (1e-3, {"load": "", "other": ""})
+    assert sorted(f.kind for f in record.findings) == ["unit-assumed", "unknown-unit"]
+
+
+@pytest.mark.parametrize("above", ["Time [s],Load [kN],Other [mm]", "Rig,Tester,Load"])
+def test_words_below_names_with_units_or_below_unknown_names_are_no_units(above: str, read_log: ReadLog) -> None:
+    with pytest.raises(DataError, match="'LC1', 'LC2', 'LC3'"):
+        read_log(f"{above}\nLC1,LC2,LC3\n" + rows(","))
 
 
 def test_units_of_a_press_are_known(read_log: ReadLog) -> None:

@@ -84,7 +84,9 @@ class Heading:
         if self.row < 0:
             return self
         if not any(self.names):
-            named = any(before.names) and len(self.names) == len(before.names)
+            pairs = list(zip(before.names, self.units, strict=False))
+            unclear = any(n and u and units.compatible(n, u) for n, u in pairs)  # units, none of them known as one
+            named = any(before.names) and len(pairs) == len(before.names) == len(self.names) and not unclear
             return replace(self, names=before.names) if named else None
         if any(self.units) or not any(before.units):
             return self
@@ -167,7 +169,7 @@ class _Stretch:
 
 def exported(head: Head) -> tuple[str, ...]:
     """Return the lines above the first row of numbers, or of marks of overload."""
-    rows = (k for k, line in enumerate(head.lines) if NUMBER_ROW.match(line.encode()) or _is_of_numbers(line))
+    rows = (k for k, line in enumerate(head.lines) if NUMBER_ROW.match(line.encode()) or is_of_numbers(line))
     first = next(rows, len(head.lines))
     return tuple(line.strip() for line in head.lines[:first] if line.strip())
 
@@ -214,7 +216,7 @@ def cut_at_headings(source: Source, tell: Teller) -> list[HeadedPart]:
     made = [HeadedPart(replace(source, head=own, block=_block(source, data, 0, first.begin, base)))]
     for place, (stretch, here, whole) in enumerate(found):
         end = found[place + 1][0].begin if place + 1 < len(found) else len(data)
-        odd = "" if whole else "it gives no units, and names that the header before does not have"
+        odd = "" if whole else "its names or units are missing, and the header before does not tell them"
         odd = odd or ("more headers than that" if place + 1 == MOST_PARTS else "")
         part = _below(head, data[stretch.begin : min(end, stretch.begin + HEAD_BYTES)], here, whole)
         block = _block(source, data, stretch.begin, end, 1)
@@ -249,13 +251,13 @@ def names_columns(line: str) -> bool:
 def rows_above(head: Head, first: int, part: bool = False) -> list[int]:
     """Return the numbers of the lines of numbers between names, or in a ``part`` anywhere, above line ``first``."""
     if part:
-        return [k + 1 for k, line in enumerate(head.lines[: first - 1]) if _is_of_numbers(line)]
+        return [k + 1 for k, line in enumerate(head.lines[: first - 1]) if is_of_numbers(line)]
     naming = [k for k, line in enumerate(head.lines[: first - 1]) if _may_name(line)]
     between = range(naming[0], naming[-1]) if naming else range(0)
-    return [k + 1 for k in between if _is_of_numbers(head.lines[k])]
+    return [k + 1 for k in between if is_of_numbers(head.lines[k])]
 
 
-def _is_of_numbers(line: str) -> bool:
+def is_of_numbers(line: str) -> bool:
     """Whether a line has two numbers or marks of overload, and begins with no word."""
     cells = [c for c in re.split(r"[,;\t| ]+", line.strip()) if c]
     found = [bool(HEADING_NUMBER.fullmatch(c) or OVERLOAD.fullmatch(c)) for c in cells]

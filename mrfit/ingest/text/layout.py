@@ -173,6 +173,11 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
     if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not is_name_row(fitting[-1][1])):
         place, unit_row = fitting.pop()
         rows.append(head.lines[place].strip())
+        if fitting and any(map(OVERLOAD.fullmatch, fitting[-1][1])):  # a row: the names stand above it
+            before = find_header(head, replace(grid, first=place), start)
+            unit_row = unit_row if len(unit_row) >= grid.width else None
+            found = replace(before, rows=before.rows | {*rows}, first=first)
+            return _header(list(before.names), unit_row, grid.width, found) if before.names else before
     if not fitting or not is_name_row(fitting[-1][1]):
         return Header((), (), frozenset(rows), first)
     place, names = fitting[-1]
@@ -329,7 +334,8 @@ def _covers(cells: list[str], width: int) -> bool:
 def _is_unit_row(rows: list[list[str]]) -> bool:
     """Whether the last of the rows above the numbers holds units.
 
-    They are in brackets or known; or half of them are known, or those of a known name above, and none is a name.
+    They are in brackets or known; or, none being a name, half of them are known, or one below a known name, or half of
+    the names above are known and have no unit.
     """
     filled = [c for c in rows[-1] if c]
     known = [units.known(c) for c in filled]
@@ -341,7 +347,9 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     # pulses/turn has a unit behind its stroke, but is no name
     if any(_is_recognised(c) and "/" not in c and not k for c, k in zip(filled, known, strict=True)):
         return False
-    return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
+    named = sum(map(_is_recognised, above))
+    wholly = 2 * named >= len(above) and not any(name_and_unit(c)[1] for c in above)
+    return 2 * sum(known) >= len(filled) or any(known) and named > 0 or wholly
 
 
 def are_units(cells: list[str]) -> bool:
