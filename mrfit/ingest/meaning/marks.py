@@ -153,7 +153,8 @@ def _others(values: Values, marks: list[float]) -> _Others | None:
         low, high = min(low, float(sound.min())), max(high, float(sound.max()))
         levels = max(levels, len(np.unique(sound[:: max(1, len(sound) // 1000)])))
         # zeros may be drop-outs, too: their steps are no ordinary ones
-        steps = np.abs(np.diff(v))[own[1:] & own[:-1] & (v[1:] != 0.0) & (v[:-1] != 0.0)]
+        moves = np.flatnonzero(own[1:] & own[:-1] & (v[1:] != 0.0) & (v[:-1] != 0.0))
+        steps = np.abs(v[moves + 1] - v[moves])
         step = max(step, float(np.percentile(steps, 99.5))) if len(steps) else step
     return _Others(low, high, levels, step) if levels >= FEWEST_MARK_LEVELS else None
 

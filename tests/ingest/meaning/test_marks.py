@@ -50,6 +50,10 @@ def test_marks_of_a_force_in_newtons(mark: float, rows: list[int]) -> None:
     assert _missing(_laid(FORCE, mark, rows)) in (expected, rows)
 
 
+def test_overflows_side_by_side_beside_marks_are_passed_over_in_silence() -> None:
+    assert _missing(_laid(_laid(MOTION, np.inf, [50, 51]), -9999.0, SEVERAL)) == SEVERAL
+
+
 @pytest.mark.parametrize("mark", [-999.0, 999.0, 999.9])
 def test_a_mark_within_the_range_is_seen_where_a_smooth_channel_jumps_to_it(mark: float) -> None:
     values = np.round(2000.0 * SINE, 1)
