@@ -57,6 +57,8 @@ COLLECTED_AT = 50_000
 NARROW_COLUMNS = 100
 # Columns of tables that go to a file or another program, where MRFIT_COLUMNS does not say
 WIDE_COLUMNS = 150
+# Characters of a column of text whose cells are folded, and of a column's name that is not broken at its underscores
+FOLDED_COLUMN, SHORT_WORD = 10, 8
 
 
 def print_json(summary: object) -> None:
@@ -111,7 +113,10 @@ def _print(text: str) -> None:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
+    """Print a table to standard output; numbers are right-aligned and shown with four significant digits.
+
+    What has no room beside the first column goes on below, beside the first column again.
+    """
     if VERBOSITY.quiet:
         return
     from rich import box
@@ -122,26 +127,41 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
     # not COLUMNS: readline sets it for every process that a Python shell starts
     width = os.environ.get("MRFIT_COLUMNS", "")
     console = Console(width=None if sys.stdout.isatty() else int(width) if width.isdecimal() else WIDE_COLUMNS)
-    table = Table(title=Text(visible(title), "italic"), title_justify="left", header_style="bold")
-    if console.width < NARROW_COLUMNS:
-        table.box, table.padding, table.show_edge, table.pad_edge = box.SIMPLE_HEAD, (0, 1, 0, 0), False, False
-    for k, name in enumerate(columns):
-        numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
-        lines = _broken(name, [cell(r[k]) for r in rows]) if console.width < NARROW_COLUMNS else [name]
-        # a number that is broken over two lines reads as two
-        heading = Text("\n".join(map(visible, lines)))
-        # as a name that is typed or copied, where the rest has room
-        short = not k and max(map(len, [*lines, *(cell(r[0]) for r in rows)])) <= console.width // 3
-        whole = numeric or (short and console.width < NARROW_COLUMNS)
-        table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=whole)
-    for row in rows:
-        table.add_row(*[Text(visible(cell(value))) for value in row])
-    console.print(table)
+    narrow, between = console.width < NARROW_COLUMNS, 2 if console.width < NARROW_COLUMNS else 3
+    texts = [[cell(row[k]) for row in rows] for k in range(len(columns))]
+    wide = sum(max(map(len, [name, *text])) + between for name, text in zip(columns, texts, strict=True))
+    crowded = narrow or wide >= console.width
+    headings = [_broken(n, text) if crowded else [n] for n, text in zip(columns, texts, strict=True)]
+    widths = [max(map(len, [*heading, *text])) for heading, text in zip(headings, texts, strict=True)]
+    # a number that is broken over two lines reads as two
+    numeric = [
+        any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows) for k in range(len(columns))
+    ]
+    # as a name that is typed or copied, where the rest has room
+    whole = [numeric[0] or (crowded and widths[0] <= console.width // 3), *numeric[1:]]
+    least = [between + (w if one else min(w, FOLDED_COLUMN)) for w, one in zip(widths, whole, strict=True)]
+    parts: list[list[int]] = [[0]]
+    for k in range(1, len(columns)):
+        if len(parts[-1]) > 1 and sum(least[j] for j in [*parts[-1], k]) >= console.width:
+            parts.append([0])
+        parts[-1].append(k)
+    console.print(Text(visible(title), "italic"), soft_wrap=True)
+    for part in parts:
+        table = Table(header_style="bold")
+        if narrow:
+            table.box, table.padding, table.show_edge, table.pad_edge = box.SIMPLE_HEAD, (0, 1, 0, 0), False, False
+        for k in part:
+            heading = Text("\n".join(map(visible, headings[k])))
+            table.add_column(heading, justify="right" if numeric[k] else "left", overflow="fold", no_wrap=whole[k])
+        for n in range(len(rows)):
+            table.add_row(*[Text(visible(texts[k][n])) for k in part])
+        console.print(table)
 
 
 def _broken(name: str, cells: Sequence[str]) -> list[str]:
     """Return a column's name in lines that are no wider than its cells, or than its longest word."""
-    words = name.replace("_", " ").split()
+    room = max(SHORT_WORD, *map(len, [*cells, ""]))
+    words = " ".join(w if len(w) <= room else w.replace("_", " ") for w in name.split()).split()
     return textwrap.wrap(" ".join(words), max(map(len, [*cells, *words, " "])))
 
 

@@ -133,7 +133,8 @@ def flux(summary: Summary, work: Path) -> None:
 def segment(summary: Summary, work: Path) -> None:
     """Print the segments found and what was cut."""
     names = ("recording", "condition", "waveform", "frequency", "amplitude", "offset", "cycles", "role")
-    columns = ("recording", "condition", "waveform", "f (Hz)", "amplitude", "offset", "cycles", "role")
+    unit = ", ".join(sorted({unit_of(s["drive"]) for s in summary["segments"]}))
+    columns = (*names[:3], "f (Hz)", f"amplitude ({unit})", f"offset ({unit})", *names[6:])
     print_table(f"Segments in {work}{_state(summary)}", columns, [numbers(s, names) for s in summary["segments"]])
     _say_once(summary.get("findings", []))
     _notes(summary)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.core.channels import unit_of
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -81,7 +82,9 @@ def _channel(name: str, values: Array, dt: float, about_zero: Set[str]) -> Itera
     yield from _clipped(name, values, dt, (low, high))
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     if name in about_zero and abs(middle) > OFFSET_SHARE * half and not _held(values, half / abs(middle)):
-        yield Finding("offset", name, None, f"{name} swings by ±{half:.4g} about {middle:.4g}, not about zero")
+        unit = f" {unit_of(name)}".rstrip()
+        text = f"{name} swings by ±{half:.4g}{unit} about {middle:.4g}{unit}, not about zero"
+        yield Finding("offset", name, None, text)
 
 
 def _outlier(name: str, values: Array, middle: float, dt: float) -> Finding | None:
