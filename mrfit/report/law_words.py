@@ -39,8 +39,10 @@ def law_sentences(found: DiscoveryFile) -> list[str]:
     if found.verdict == "none":
         return []
     said = [_effect(found, e) for e in found.invariance.named] if found.invariance else []
-    said += _law(found) + _broken(found)
-    if said and (names := [c.name for c in found.confounded if ANY_LAW in c.reason]):
+    # a law that was taken as exact, and takes the gap with what was named, is not spoken of
+    exact = found.effects and not found.held
+    said += _broken(found) if exact else [*_law(found), *_broken(found)]
+    if said and not exact and (names := [c.name for c in found.confounded if ANY_LAW in c.reason]):
         said.append(f"{_first_up(listed(names))} cannot be told from the law here.")
     if found.ways and found.ways.difference and not found.suspects:
         said.append(f"{_first_up(found.ways.difference)}.")
@@ -84,7 +86,7 @@ def _effect(found: DiscoveryFile, effect: InvariantEffect) -> str:
     title = registry.load("effect", effect.name).SPEC.title
     words = f"{title} ({effect.name})"
     if effect.one_of:
-        words += f", or {listed(effect.one_of, 'or')}, which these data cannot tell from it"
+        words += f", or {listed(effect.one_of, 'or')}, which these data cannot tell from it without a law"
     values = [_value(p) for p in effect.parameters if p.low is not None and p.high is not None][:2]
     if effect.force is not None:
         values.append(f"at most {measured(effect.force)}")
