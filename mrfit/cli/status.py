@@ -207,7 +207,7 @@ def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
         return None
     from mrfit.io.schemas.compare import ModelsFile
 
-    found = load(path, ModelsFile, "run `mrfit compare` again")
+    found = load(path, ModelsFile, "run the comparison again")
     if found is None:
         return None
     fits = {m.fit: m.model for m in found.models}
@@ -236,7 +236,7 @@ def _optimizers(workspace: Workspace, inputs: Inputs) -> Step | None:
         return None
     from mrfit.io.schemas.compare import OptimizersFile
 
-    found = load(path, OptimizersFile, "run `mrfit compare` again")
+    found = load(path, OptimizersFile, "run the comparison again")
     if found is None:
         return None
     names = list(dict.fromkeys(r.optimizer for r in found.rows))

@@ -327,7 +327,7 @@ def _facts(discovery: Discovery) -> list[tuple[str, str]]:
         ),
         ("Output's range", _physical(discovery.span, discovery) if parts else ""),
         ("Noise floor", _physical(floor * discovery.span, discovery) if parts and floor else ""),
-        ("Errors", "RMS over the output's range in all conditions; `mrfit compare` divides by that of held-out ones"),
+        ("Errors", "RMS over the output's range in all conditions; a comparison divides by that of held-out ones"),
         ("Seed", str(found.seed)),
         ("Data hash", f"SHA-256 {found.data_sha256[:16]}…" if found.data_sha256 else ""),
         ("Program", f"mrfit {version('mrfit')}"),

@@ -147,7 +147,8 @@ def test_a_partner_makes_a_set_that_stands_for_itself_in_the_words() -> None:
     assert found.advice == ("delay: two frequencies",) and found.augmented_model == "bingham+current-lag"
     assert next_step(found) == ""
     assert (
-        "(current-lag), or delay, which these data cannot tell from it without a law, tau = 20.0 ± 2.0 ms" in law_sentences(found)[0]
+        "(current-lag), or delay, which these data cannot tell from it without a law, tau = 20.0 ± 2.0 ms"
+        in law_sentences(found)[0]
     )
     assert headline(found).endswith(
         "these data cannot tell whether it is current-lag or delay. The law of bingham itself is off."
