@@ -68,9 +68,9 @@ def factor_row(source: Source, grid: TextGrid) -> FactorRow | None:
     """
     lines = source.head.lines[: grid.first + LINES_BELOW]
     cells = [[c for c in split(line.strip(" \r\n").lstrip(COMMENTS), grid.delimiter)] for line in lines]
+    naming = {k for k, row in enumerate(cells) if any(map(is_name, row)) and is_name_row(row)}
     for place, row in enumerate(cells):
-        others = [c for k, c in enumerate(cells) if k != place and any(map(is_name, c)) and is_name_row(c)]
-        found = _operated(row, grid, bool(others)) or _worded(row, grid)
+        found = _operated(row, grid, bool(naming - {place})) or _worded(row, grid)
         if found is None:
             continue
         factors, multiplies = found

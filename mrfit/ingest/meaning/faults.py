@@ -47,8 +47,10 @@ def _faults(record: Recording, name: str) -> Iterator[Finding]:
     if wrapped := _wraps(part, record.dt):
         yield Finding("wrap-round", name, wrapped[1], f"{name} {wrapped[0]}")
         return
+    flanks = Flanks.of(part, (0.0, 1.0))
+    ramps = not flanks.curved if rectangular(part, (0.0, 1.0)) else flanks.straight
     for end, word, height in ((high, "highest", part), (low, "lowest", 1.0 - part)):
-        if (first := _at_rail(height)) is not None:
+        if not ramps and (first := _at_rail(height)) is not None:
             text = f"{name} stays within the noise of its {word} values, about {end:.4g}, again and again: saturated"
             yield Finding("saturated", name, first * record.dt, f"{text}, unless it is held there")
     yield from _stuck(record, name)
@@ -56,9 +58,6 @@ def _faults(record: Recording, name: str) -> Iterator[Finding]:
 
 def _at_rail(height: Array) -> int | None:
     """Return the sample at which a channel meets its rail first; ``height`` is 1 there; None if it has none."""
-    flanks = Flanks.of(height, (0.0, 1.0))
-    if not flanks.curved if rectangular(height, (0.0, 1.0)) else flanks.straight:
-        return None
     speed = np.abs(height[3:] - height[:-3]) / 3.0
     usual = float(np.percentile(speed, 95.0))
     for width in RAIL_WIDTHS:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Set
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -175,8 +176,7 @@ class Flanks:
         for first, end in zip(np.flatnonzero(between > 0), np.flatnonzero(between < 0), strict=True):
             way = part[end] - part[first - 1] if 0 < first and end < len(part) else 0.0
             if abs(way) > 0.7 and end - first >= FLANK:
-                cubic = np.polyfit(np.linspace(-1.0, 1.0, end - first), part[first:end], 3)[0]
-                found.append(-float(np.sign(way) * cubic))
+                found.append(-float(np.sign(way) * (_cubic_weights(int(end - first)) @ part[first:end])))
             if len(found) == FLANKS:
                 break
         return cls(float(np.mean(found)), float(np.std(found, ddof=1)) / len(found) ** 0.5) if len(found) > 2 else cls()
@@ -190,6 +190,12 @@ class Flanks:
     def curved(self) -> bool:
         """Whether they are seen to bend, as those of a wave clipped far down do and those of a square wave cannot."""
         return self.bend > max(3.0 * self.error, STRAIGHT_FLANK)
+
+
+@cache
+def _cubic_weights(count: int) -> Array:
+    """Return the weights (N,) by which samples from -1 to 1 give the cubic term of their polynomial."""
+    return np.asarray(np.linalg.pinv(np.vander(np.linspace(-1.0, 1.0, count), 4))[0])
 
 
 def away_from_the_ends(mask: np.ndarray) -> np.ndarray:

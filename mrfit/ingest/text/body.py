@@ -4,6 +4,7 @@ import csv
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -253,6 +254,7 @@ def _one_blank(text: bytes) -> bytes:
     return re.sub(rb"[ \t]+", BLANKS.encode(), text)
 
 
+@cache
 def number_pattern(decimal: str) -> re.Pattern[str]:
     """Return the pattern of a number with the given decimal mark, as the bulk parser sees it."""
     mark = re.escape(decimal)

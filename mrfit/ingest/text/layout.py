@@ -65,7 +65,11 @@ def find_grid(head: Head, start: int = 0) -> TextGrid:
     """
     lines = head.lines[start:]
     best, best_score = None, (0.0, 0.0)
+    text = "".join(lines[-SAMPLE_LINES:])
+    absent = [mark for mark in FIELD_DELIMITERS if mark not in text]
     for delimiter in FIELD_DELIMITERS:
+        if delimiter in absent[1:]:
+            continue  # these part no line, as the first of them
         for decimal in (".", ","):
             if decimal == delimiter:
                 continue
@@ -434,10 +438,16 @@ def _belongs(name: str, unit: str) -> bool:
     return any(units.compatible(unit, w) for w in wanted)
 
 
+CHANNELS_CALLED: dict[str, list[str]] = {}
+"""Words of a header -> the canonical channels that it calls."""
+for _channel in CHANNELS.values():
+    for _word in {called.replace("_", " ") for called in (_channel.name, *_channel.aliases)}:
+        CHANNELS_CALLED.setdefault(_word, []).append(_channel.name)
+
+
 def aliases_of(name: str) -> list[str]:
     """Return the canonical channels that a header calls by exactly this name."""
-    word = " ".join(words_of(name))
-    return [c.name for c in CHANNELS.values() if word in {a.replace("_", " ") for a in (c.name, *c.aliases)}]
+    return CHANNELS_CALLED.get(" ".join(words_of(name)), [])
 
 
 def words_of(name: str) -> list[str]:

@@ -18,6 +18,7 @@ MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
 SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 """Marks that part thousands and nothing else."""
+SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
 SPELLING_LINES = 400
 TAIL = 16384
 """Lines at the beginning, and bytes at the end, by which it is seen how numbers are spelt."""
@@ -91,9 +92,7 @@ def _thousands(lines: Sequence[str]) -> list[Thousands]:
     """Return the marks that part thousands, at most one of points and commas."""
     for delimiter in ("\t", ";", "|", ","):
         rows = [split(line, delimiter) for line in lines if delimiter in line]
-        rows = [
-            r for r in rows if any(r) and all(re.fullmatch(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?", f) for f in r)
-        ]
+        rows = [r for r in rows if any(r) and all(map(SPELT.fullmatch, r))]
         if len(rows) < 3 or 2 * len(rows) < sum(bool(line.strip()) for line in lines):
             continue
         width = max(len(r) for r in rows)
