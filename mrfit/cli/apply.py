@@ -77,7 +77,7 @@ def motions_of(
     return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
 
 
-def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = None) -> "list[Recording]":
+def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = None, jobs: int = 1) -> "list[Recording]":
     """Return recordings of logs; one that cannot be read is reported on standard error.
 
     Raises
@@ -91,7 +91,7 @@ def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = Non
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        found = read(logs, map_file, pattern=pattern)
+        found = read(logs, map_file, pattern=pattern, jobs=jobs)
     for one in caught:
         console.note(str(one.message))
     return list(found)

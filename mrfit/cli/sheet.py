@@ -42,8 +42,8 @@ def sheet(
     """
     from mrfit.sheet.write import write
 
-    recordings = read_logs(logs, reading.map, reading.pattern)
-    others = read_logs(against, reading.map, reading.pattern) if against else []
+    recordings = read_logs(logs, reading.map, reading.pattern, settings.jobs)
+    others = read_logs(against, reading.map, reading.pattern, settings.jobs) if against else []
     return CommandAnswer(write(recordings, settings, others, out, pdf, progress), show)
 
 

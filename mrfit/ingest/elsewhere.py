@@ -1,4 +1,4 @@
-"""Logs read where work is done: by threads here, or by the workers of a scheduler, to which their bytes are sent.
+"""Logs read where work is done: by threads or processes here, or by a scheduler's workers, to which bytes are sent.
 
 A log of more than a few blocks is read here: its numbers lie on this machine's disk meanwhile. So is one that a plug-in
 reads, of which workers know nothing.
@@ -19,6 +19,10 @@ from mrfit.core.workers import in_order
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, read_item
 from mrfit.ingest.refusal import Refusal
+
+
+WORTH_PROCESSES = 64
+"""Logs from which on processes save more time than their start takes; threads read few short ones at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +46,7 @@ class LogParcel:
 
 def outcomes(items: Sequence[LogItem], pieces: BlockReading, jobs: int) -> Iterator[LogOutcome]:
     """Yield the outcomes of items, in their order, wherever they are read."""
-    if not is_elsewhere():
+    if not is_elsewhere() and (jobs < 2 or len(items) < WORTH_PROCESSES):
         yield from in_order(lambda item: read_item(item, pieces), items, jobs)
         return
     apart = is_apart()

@@ -29,13 +29,12 @@ RIPPLE_PLACES = np.linspace(0.22, 0.78, 57)
 
 
 def quantities(cycles: Cycles, forces: Forces, speed: float | None = None) -> list[Quantity]:
-    """Return widths, free travel and ripple; widths at a speed in m/s, default: half of the greatest."""
+    """Return widths and free travel; widths at a speed in m/s, default: half of the greatest."""
     stated = cycles.peak_velocity / 2.0 if speed is None else speed
     found: list[Quantity] = []
     for name, up in (("width+", True), ("width-", False)):
         found += _width(cycles, name, up, stated)
-    found += [_velocity_width(cycles), _free_travel(cycles, forces), _ripple(cycles, forces)]
-    return found
+    return [*found, _velocity_width(cycles), _free_travel(cycles, forces)]
 
 
 def _difference(one: PerCycle, other: PerCycle) -> PerCycle:
@@ -172,7 +171,8 @@ def _zero_of(way: Array, force: Array) -> float:
     return float(np.polyfit(force, way, 1)[1])
 
 
-def _ripple(cycles: Cycles, forces: Forces) -> Quantity:
+def ripple(cycles: Cycles, forces: Forces) -> Quantity:
+    """Return the largest ripple over the smooth loop; it hardly knows by which time the force is late."""
     step = 2.0 / cycles.per_cycle
     if RIPPLE_SAMPLES * step > RIPPLE_WINDOW:
         return Quantity(
@@ -201,9 +201,9 @@ def _largest(cycles: Cycles, every: slice) -> tuple[bool, float, float]:
     """Return branch, place and sign of the largest departure from the smooth loop, of some cycles."""
     best = (True, 0.5, 1.0)
     largest = -1.0
+    windows = list(zip(*(_windows(cycles, p) for p in RIPPLE_PLACES), strict=True))
     for up in (True, False):
         curve = cycles.pooled(up, every)
-        windows = zip(*(_windows(cycles, p) for p in RIPPLE_PLACES), strict=True)
         narrow, smooth = (curve.values(RIPPLE_PLACES, own) for own in windows)
         k = int(np.argmax(np.abs(narrow - smooth)))
         departure = float(narrow[k] - smooth[k])

@@ -18,7 +18,10 @@ from mrfit.measure.quantity import Quantity
 
 
 def widened(cycles: Cycles, found: Sequence[Quantity], late: Sequence[Quantity]) -> list[Quantity]:
-    """Return quantities with the phase's error in their intervals; ``late`` are those of a force one sample late."""
+    """Return quantities with the phase's error in their intervals, and their values of a force one sample late.
+
+    ``late`` are the quantities of that force.
+    """
     share = _phase(cycles) / cycles.dt
     moved = {q.name: q.estimate.value for q in late if q.estimate}
     return [_widened(q, moved[q.name], share) if q.estimate and q.name in moved else q for q in found]
@@ -34,4 +37,4 @@ def _widened(one: Quantity, moved: float, share: float) -> Quantity:
     known = one.estimate
     assert known is not None
     half = float(np.hypot(known.error, student_quantile(known.freedom) * share * (moved - known.value)))
-    return replace(one, estimate=replace(known, low=known.value - half, high=known.value + half))
+    return replace(one, estimate=replace(known, low=known.value - half, high=known.value + half), late=moved)

@@ -66,11 +66,14 @@ class Quantity:
         Value with interval, SI.
     reason
         Why there is none; empty where there is one.
+    late
+        Value of a force that is one sample later, SI; None where it is not asked for.
     """
 
     name: str
     estimate: Estimate | None = None
     reason: str = ""
+    late: float | None = None
 
 
 def without(names: tuple[str, ...], reason: str) -> list[Quantity]:

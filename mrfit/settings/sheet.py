@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from mrfit.core.setting import Setting
 from mrfit.settings.forms import PATH, TEXTS
+from mrfit.settings.shared import Jobs
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Settings:
         Seconds by which the force is recorded later than the displacement; corrected.
     rebound
         Sign of the velocity of rebound (extension).
+    jobs
+        Processes that measure conditions; worth it from some dozens on.
     """
 
     limits: Annotated[
@@ -51,3 +54,4 @@ class Settings:
     slow: Annotated[float, Setting("Speed in m/s up to which a test is slow.", above=0.0)] = 0.005
     skew: Annotated[float, Setting("Seconds by which the force is recorded late; corrected.")] = 0.0
     rebound: Annotated[Literal["positive", "negative"], Setting("Sign of the velocity of rebound.")] = "positive"
+    jobs: Jobs = 1

@@ -77,7 +77,7 @@ def sheet_of(
             f"force positive where it resists positive velocity; {settings.rebound} velocity is rebound (extension); "
             "+ and - of a name are the sign of the velocity, of Fd that of the displacement"
         ),
-        settings=plain({**asdict(settings), "limits": str(settings.limits) if settings.limits else None}),
+        settings=plain({n: str(v) if n == "limits" and v else v for n, v in asdict(settings).items() if n != "jobs"}),
         limits=(limits.title or str(settings.limits)) if limits else "",
         guard=limits.guard if limits else "",
         units=units,

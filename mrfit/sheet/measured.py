@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
@@ -16,7 +17,6 @@ from mrfit.io.schemas.sheet import AcrossRow, QuantityRow, SheetCondition
 from mrfit.measure import bilinear, conditions, current_steps, energy, forces, loop_shape, slow_cycles
 from mrfit.measure.conditions import LEAST_CURRENT, ConditionForce, same_current
 from mrfit.measure.cycles import BRANCH_GRID, Cycles, cycles_of
-from mrfit.measure.intervals import Estimate
 from mrfit.measure.phase import widened
 from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.measure.usable import unusable
@@ -29,6 +29,8 @@ from mrfit.signal.noise import noise_level
 from mrfit.signal.savitzky_golay import Smoother
 
 ONE_UNIT = "unit"
+WORTH_PROCESSES = 40
+"""Conditions from which on processes save more time than their start takes."""
 SENSITIVE = 0.002
 """Share by which one sample of skew has to change a quantity to be said."""
 UNSTEADY_SWING = 0.05
@@ -122,20 +124,19 @@ def measured(
     rows, loops, courses = list[SheetCondition](), list[MeanLoop](), list[CycleCourse]()
     levels: dict[str, list[list[ConditionForce]]] = {}
     done = set()
-    for number, segment in enumerate(segments, 1):
-        recording, unit = usable[segment.recording], units[segment.recording]
-        progress("conditions", number, len(segments))
-        try:
-            one = _condition(recording, segment, unit, settings)
-        except DataError as error:
-            left.append((unit, f"{recording.source}: {segment.condition}: {error}"))
+    tests = [ConditionTest(usable[s.recording], s, units[s.recording], settings) for s in segments]
+    jobs = settings.jobs if len(tests) >= WORTH_PROCESSES else 1
+    for number, (test, one) in enumerate(zip(tests, spread(_condition, tests, jobs, silent), strict=True), 1):
+        progress("conditions", number, len(tests))
+        name, unit = test.recording.id, test.unit
+        if isinstance(one, str):
+            left.append((unit, f"{test.recording.source}: {test.segment.condition}: {one}"))
             continue
-        done.add(segment.recording)
-        row, loop, course, level = one
-        rows.append(replace(row, findings=[*row.findings, *said.pop(segment.recording, [])]))
-        loops.append(loop)
-        courses.append(course)
-        levels.setdefault(unit, []).append(level)
+        done.add(name)
+        rows.append(replace(one.row, findings=[*one.row.findings, *said.pop(name, [])]))
+        loops.append(one.loop)
+        courses.append(one.course)
+        levels.setdefault(unit, []).append(one.levels)
     for name, recording in usable.items():
         whole = _whole_record(recording, units[name], name in done, said.get(name, []))
         rows += [whole] if isinstance(whole, SheetCondition) else []
@@ -168,38 +169,70 @@ def _segments(recordings: Sequence[Recording]) -> tuple[list[Segment], dict[str,
     return [s for s in found if s.cycles], said
 
 
-def _condition(
-    recording: Recording, segment: Segment, unit: str, settings: Settings
-) -> tuple[SheetCondition, MeanLoop, CycleCourse, list[ConditionForce]]:
+@dataclass(frozen=True)
+class ConditionTest:
+    """The steady cycles of one condition in a recording of a unit, and how they are measured."""
+
+    recording: Recording
+    segment: Segment
+    unit: str
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class MeasuredCondition:
+    """Quantities of one condition, its mean loop and course, and what it gives to quantities across conditions."""
+
+    row: SheetCondition
+    loop: MeanLoop
+    course: CycleCourse
+    levels: list[ConditionForce]
+
+
+def cycle_quantities(cycles: Cycles, sine: bool, settings: Settings) -> list[Quantity]:
+    """Return the quantities of the whole cycles of a condition; ``sine`` says whether the drive is one."""
+    central = settings.central / 100.0
+
+    def quantities(some: Cycles, of_these: forces.Forces) -> list[Quantity]:
+        return [
+            *forces.quantities(some, of_these, settings.rebound == "positive"),
+            *energy.quantities(some, of_these, sine),
+            *bilinear.quantities(some, of_these),
+            *loop_shape.quantities(some, of_these, settings.width_at),
+        ]
+
+    own, late = forces.forces_of(cycles, central), cycles.late_by(cycles.dt)
+    found = widened(cycles, quantities(cycles, own), quantities(late, forces.forces_of(late, central, own.peaks)))
+    found += [loop_shape.ripple(cycles, own), *slow_cycles.quantities(cycles, settings.slow)]
+    by_name = {q.name: q.estimate for q in found if q.estimate}
+    for sign in ("+", "-"):
+        lost = conditions.fade_over_cycles(by_name[f"Fmax{sign}"])
+        found.append(Quantity(f"fade{sign}", lost, "" if lost else "fewer than three cycles"))
+    return sorted(found, key=lambda q: list(SHEET_QUANTITIES).index(q.name))
+
+
+def _condition(test: ConditionTest, progress: Progress) -> MeasuredCondition | str:
+    """Return what a condition gives, or why it gives nothing."""
+    try:
+        return _measured(test.recording, test.segment, test.unit, test.settings)
+    except DataError as error:
+        return str(error)
+
+
+def _measured(recording: Recording, segment: Segment, unit: str, settings: Settings) -> MeasuredCondition:
     if "current" in recording.channels and np.isnan(segment.current):
         raise DataError("the current moves within the cycles: only the response to its steps is taken")
     cycles, findings = cycles_of(recording, segment, settings.skew), list[str]()
     if float(energy.work_of(cycles).values.mean()) < 0.0:
         cycles = cycles.negated()
         findings.append("the force is negated: its work over a cycle is negative, and a damper takes work")
-    own = forces.forces_of(cycles, settings.central / 100.0)
-    late = cycles.late_by(cycles.dt)
-
-    def quantities(some: Cycles, of_these: forces.Forces) -> list[Quantity]:
-        return [
-            *forces.quantities(some, of_these, settings.rebound == "positive"),
-            *energy.quantities(some, of_these, segment.waveform == "sine"),
-            *bilinear.quantities(some, of_these),
-            *loop_shape.quantities(some, of_these, settings.width_at),
-        ]
-
-    moved = quantities(late, forces.forces_of(late, settings.central / 100.0, own.peaks))
-    found = [*widened(cycles, quantities(cycles, own), moved), *slow_cycles.quantities(cycles, settings.slow)]
+    found = cycle_quantities(cycles, segment.waveform == "sine", settings)
     by_name = {q.name: q.estimate for q in found if q.estimate}
-    for sign in ("+", "-"):
-        lost = conditions.fade_over_cycles(by_name[f"Fmax{sign}"])
-        found.append(Quantity(f"fade{sign}", lost, "" if lost else "fewer than three cycles"))
-    found.sort(key=lambda q: list(SHEET_QUANTITIES).index(q.name))
-    findings += _sensitive(cycles, moved, by_name)
+    findings += _sensitive(cycles, found)
     temperature = _temperatures(recording, cycles)
     current = 0.0 if abs(segment.current) < LEAST_CURRENT else segment.current
     speed = cycles.peak_velocity * cycles.gain
-    level = [
+    levels = [
         ConditionForce(segment.condition, speed, current, segment.temperature, by_name[name])
         for name in ("F0+", "F0-", "Fmax+", "Fmax-")
     ]
@@ -221,19 +254,19 @@ def _condition(
         findings=[*findings, *(f.text for f in recording.findings)],
     )
     course = CycleCourse(unit, segment.condition, by_name["Fmax+"].cycles, temperature)
-    return row, _loop(cycles, replace(segment, current=current), unit), course, level
+    return MeasuredCondition(row, _loop(cycles, replace(segment, current=current), unit), course, levels)
 
 
-def _sensitive(cycles: Cycles, moved: Sequence[Quantity], found: Mapping[str, Estimate]) -> list[str]:
+def _sensitive(cycles: Cycles, found: Sequence[Quantity]) -> list[str]:
     """Return the changes by a skew of one sample that are more than the intervals; peak forces have none."""
-    peak = max(abs(found["Fmax+"].value), abs(found["Fmax-"].value))
+    peak = max(abs(q.estimate.value) for q in found if q.name in ("Fmax+", "Fmax-") and q.estimate)
     words = []
-    for one in moved:
-        if one.estimate is None or one.name not in found or one.name == "closure":
+    for one in found:
+        known = one.estimate
+        if one.late is None or known is None or one.name == "closure":
             continue
-        known = found[one.name]
         scale = peak if SHEET_QUANTITIES[one.name][0] == "N" else abs(known.value) * (abs(known.value) > known.error)
-        change = abs(one.estimate.value - known.value)
+        change = abs(one.late - known.value)
         if change > max(SENSITIVE * scale, known.error) and scale > 0.0:
             words.append(f"{one.name} by {significant(100.0 * change / scale, 2)} %")
     if not words:

@@ -4,12 +4,12 @@ import numpy as np
 
 from datasets.rig.closed_forms import Rig
 from mrfit.core.recording import Recording
-from mrfit.measure import bilinear, energy, forces, loop_shape
 from mrfit.measure.cycles import Cycles, cycles_of
 from mrfit.measure.intervals import Estimate
-from mrfit.measure.phase import widened
 from mrfit.measure.quantity import Quantity
 from mrfit.segment.stage import Settings, cut
+from mrfit.settings.sheet import Settings as SheetSettings
+from mrfit.sheet.measured import cycle_quantities
 
 
 def recording(name: str, dt: float, **channels: np.ndarray) -> Recording:
@@ -27,18 +27,7 @@ def cycles(record: Recording, skew: float = 0.0) -> Cycles:
 
 
 def quantities(whole: Cycles) -> dict[str, Quantity]:
-    own, late = forces.forces_of(whole), whole.late_by(whole.dt)
-    moved = _groups(late, forces.forces_of(late, peaks=own.peaks))
-    return {one.name: one for one in widened(whole, _groups(whole, own), moved)}
-
-
-def _groups(whole: Cycles, own: forces.Forces) -> list[Quantity]:
-    return [
-        *forces.quantities(whole, own),
-        *energy.quantities(whole, own, True),
-        *bilinear.quantities(whole, own),
-        *loop_shape.quantities(whole, own),
-    ]
+    return {one.name: one for one in cycle_quantities(whole, True, SheetSettings())}
 
 
 def known(found: dict[str, Quantity]) -> dict[str, Estimate]:
