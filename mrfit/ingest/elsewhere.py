@@ -20,7 +20,6 @@ from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, read_item
 from mrfit.ingest.refusal import Refusal
 
-
 WORTH_PROCESSES = 64
 """Logs from which on processes save more time than their start takes; threads read few short ones at once."""
 

@@ -8,12 +8,12 @@
 Source: definitions as in tests of dampers by whole cycles; see docs/measure_sheet.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import BRANCH_GRID, CENTRAL, FEWEST_AT_REVERSAL, Cycles
+from mrfit.measure.cycles import BRANCH_GRID, CENTRAL, CORNER_SAMPLES, FEWEST_AT_REVERSAL, Cycles
 from mrfit.measure.intervals import PerCycle
 from mrfit.measure.quantity import Quantity, without
 
@@ -89,7 +89,18 @@ def _peak(cycles: Cycles, up: bool, central: float) -> PerCycle:
         found = cycles.at(up, place)
         values[fold], noise[fold] = found.values[fold], found.noise[fold]
         shared = max(shared, found.shared)
+    if cycles.per_cycle < CORNER_SAMPLES:
+        shared += max(_of_degree(cycles, up, place) for place in places)
     return PerCycle(values, noise, shared, cycles.zero)
+
+
+def _of_degree(cycles: Cycles, up: bool, place: float) -> float:
+    """Return how much the degree of the polynomial matters to the force at a place beside a reversal, in N."""
+    window = cycles.window(place, CENTRAL / 2.0)
+    if 0.0 < window.ends[0] and window.ends[1] < 1.0:
+        return 0.0
+    lower = cycles.fitted(up, place, replace(window, degree=window.degree - 1))
+    return abs(float(lower.values.mean() - cycles.fitted(up, place, window).values.mean()))
 
 
 def _place(cycles: Cycles, up: bool, among: Array, every: slice) -> float:

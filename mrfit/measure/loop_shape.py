@@ -20,6 +20,8 @@ from mrfit.measure.quantity import Quantity, without
 
 FLANK_NEAR, FLANK_FAR = 0.05, 0.35
 """Shares of the peak force between which a flank is a line."""
+FLANK_POINTS = 5
+"""Points of a flank from which on it has a line."""
 SMOOTH_WINDOW, RIPPLE_WINDOW = 0.16, 0.03
 """Half of the windows, in shares of a branch, of the smooth loop and of the loop with its ripple."""
 CYCLE_GROUPS = 4
@@ -159,14 +161,16 @@ def _between_flanks(turn: _Turn, crossing: int) -> tuple[float, float]:
         end += 1
     one = _zero_of(way[begin : last + 1], force[begin : last + 1])
     other = _zero_of(way[first : end + 1], force[first : end + 1])
-    # a jump lies anywhere between the points before and after it
+    travel = max(other - one, 0.0) if first - last > 1 else 0.0
+    # a jump lies anywhere between the points before and after it, and a flank without a line anywhere between both
     between = float(np.max(np.diff(way)[[last, first - 1]]))
-    return (max(other - one, 0.0) if first - last > 1 else 0.0), between
+    lines = min(last + 1 - begin, end + 1 - first) >= FLANK_POINTS
+    return travel, between if lines else max(between, travel)
 
 
 def _zero_of(way: Array, force: Array) -> float:
     """Return the place at which the line of a flank meets zero force; its end where it is too steep for a line."""
-    if len(way) < 3 or np.ptp(force) < FLANK_NEAR:
+    if len(way) < FLANK_POINTS or np.ptp(force) < FLANK_NEAR:
         return float(way[np.argmin(np.abs(force))])
     return float(np.polyfit(force, way, 1)[1])
 
