@@ -95,7 +95,7 @@ def _peak(cycles: Cycles, up: bool, central: float) -> PerCycle:
 
 
 def _of_degree(cycles: Cycles, up: bool, place: float) -> float:
-    """Return how much the degree of the polynomial matters to the force at a place beside a reversal, in N."""
+    """Return the change in N of the force beside a reversal by one degree less of its polynomial."""
     window = cycles.window(place, CENTRAL / 2.0)
     if 0.0 < window.ends[0] and window.ends[1] < 1.0:
         return 0.0

@@ -29,7 +29,7 @@ from mrfit.signal.noise import noise_level
 from mrfit.signal.savitzky_golay import Smoother
 
 ONE_UNIT = "unit"
-WORTH_PROCESSES = 40
+CONDITIONS_FOR_PROCESSES = 40
 """Conditions from which on processes save more time than their start takes."""
 SENSITIVE = 0.002
 """Share by which one sample of skew has to change a quantity to be said."""
@@ -125,7 +125,7 @@ def measured(
     levels: dict[str, list[list[ConditionForce]]] = {}
     done = set()
     tests = [ConditionTest(usable[s.recording], s, units[s.recording], settings) for s in segments]
-    jobs = settings.jobs if len(tests) >= WORTH_PROCESSES else 1
+    jobs = settings.jobs if len(tests) >= CONDITIONS_FOR_PROCESSES else 1
     for number, (test, one) in enumerate(zip(tests, spread(_condition, tests, jobs, silent), strict=True), 1):
         progress("conditions", number, len(tests))
         name, unit = test.recording.id, test.unit
@@ -171,7 +171,7 @@ def _segments(recordings: Sequence[Recording]) -> tuple[list[Segment], dict[str,
 
 @dataclass(frozen=True)
 class ConditionTest:
-    """The steady cycles of one condition in a recording of a unit, and how they are measured."""
+    """The steady cycles of one condition in a recording of a unit, and the settings by which they are measured."""
 
     recording: Recording
     segment: Segment
@@ -181,7 +181,7 @@ class ConditionTest:
 
 @dataclass(frozen=True)
 class MeasuredCondition:
-    """Quantities of one condition, its mean loop and course, and what it gives to quantities across conditions."""
+    """Quantities of one condition, its mean loop and course, and its forces for quantities across conditions."""
 
     row: SheetCondition
     loop: MeanLoop
@@ -212,7 +212,7 @@ def cycle_quantities(cycles: Cycles, sine: bool, settings: Settings) -> list[Qua
 
 
 def _condition(test: ConditionTest, progress: Progress) -> MeasuredCondition | str:
-    """Return what a condition gives, or why it gives nothing."""
+    """Return the quantities of a condition, or the reason against any."""
     try:
         return _measured(test.recording, test.segment, test.unit, test.settings)
     except DataError as error:
