@@ -187,13 +187,11 @@ def _looks(labels: set[str], overlay: str) -> dict[str, _Look]:
 def _draw_curve(axes: "Axes", one: OutputSeries, look: _Look, plane: _Plane, dots: bool) -> None:
     loop = plane.over != "time"
     window = shown_cycles(one, 1.0) if loop else shown_cycles(one)
+    across, measured, simulated = _across(one, plane.over)[window], one.measured[window], one.simulated[window]
     if dots:
-        shown = shown_cycles(one)
-        across, measured = _across(one, plane.over)[shown], one.measured[shown]
         at = evenly_along(across, measured, LOOP_DOTS)
         mark: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.2, "mew": 0, "color": look.dots}
         axes.plot(plane.across * across[at], plane.up * measured[at], **mark)
-    across, simulated = _across(one, plane.over)[window], one.simulated[window]
     at = simplified(across, simulated) if loop else decimate(simulated, HISTORY_POINTS)
     axes.plot(plane.across * across[at], plane.up * simulated[at], lw=0.9, color=look.colour, ls=look.dashes)
 
