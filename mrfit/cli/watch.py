@@ -57,7 +57,7 @@ def watch(
 ) -> CommandAnswer:
     """Say after each cycle of a test which intervals are reached, and end with code 0 when it may stop.
 
-    Example: mrfit measure watch datasets/damper/sine_1Hz_12mm.csv --model tanh --within 5
+    Example: mrfit measure watch datasets/damper-sines/sine_1Hz_10mm_1A.csv --model tanh --parameters fy,c --within 5
     """
     from mrfit.track.watch import look, replayed, steady_cycles
     from mrfit.track.watch import watch as looks_at
