@@ -71,7 +71,7 @@ $(VENV)/docs-installed: $(VENV)/installed
 
 docs: $(VENV)/docs-installed
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/build
-	$(BIN)/python -m pytest -q -m 'slow or not slow' tests/docs
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q -m 'slow or not slow' tests/docs
 	$(BIN)/python -m tests.docs.command_lines
 	@echo 'Pages: docs/build/index.html'
 
