@@ -69,7 +69,7 @@ def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
     unnamed = [log for log, channels in logs if not {*channels} & {*CHANNELS}]
     if unnamed:
         more = f" and {len(unnamed) - 1} more" if len(unnamed) > 1 else ""
-        text = "no channel a model takes; say in a channel map (mrfit.toml beside the logs) which column is what"
+        text = "no channel a model takes; `mrfit ingest LOGS --suggest-map` writes a channel map to name them in"
         say(f"  {unnamed[0]}{more}: {text}")
 
 
