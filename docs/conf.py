@@ -25,7 +25,7 @@ html_css_files = ["pages.css"]
 html_copy_source = False
 html_show_copyright = False
 # the table of thresholds is part of another page
-exclude_patterns = ["reference", "**/__pycache__", "build", "generated/policy.md"]
+exclude_patterns = ["reference", "**/__pycache__", "build", "jupyter_execute", "generated/policy.md"]
 # pages without code of their own are Markdown, not notebooks, by their heads
 source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 
