@@ -63,7 +63,7 @@ class Mutant:
     header_lines
         Lines of a second header, which are no rows: they may be refused as a repeated header is.
     notes
-        Comments beside a second header, counted in ``rows``: they may be taken as lines of it.
+        Comments beside a header among the rows, counted in ``rows``: they may be taken as lines of it.
     """
 
     label: str
@@ -541,6 +541,7 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         printed[number] = row.printed
     body = draft.end.join(row.text for row in draft.rows) + (draft.end if draft.closed else "")
     sample = TEXT_WRITERS[reader]()
+    head = [line for line in draft.head.split(draft.end) if line.strip()]
     return Mutant(
         label=f"{reader} {' '.join(m.__name__ for m in mutations)}",
         file=sample.name,
@@ -555,7 +556,9 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         beside={"RefCurve.csv": RS_SETTINGS.encode()} if reader == "rohde-schwarz" else {},
         relative=reader == "daq-text",
         header_lines=sum(len(row.text.split(draft.end)) for row in draft.rows if row.larger is not None),
-        notes=sum(_notes_beside_header(list(rows)) for numbers, rows in groupby(draft.rows, _begins) if not numbers),
+        notes=sum(
+            _notes_beside_header(list(rows), head) for numbers, rows in groupby(draft.rows, _begins) if not numbers
+        ),
     )
 
 
@@ -564,9 +567,10 @@ def _begins(row: Row) -> bool:
     return row.number is not None and bool(re.match(r"\s*[+-]?\d", row.text))
 
 
-def _notes_beside_header(rows: list[Row]) -> int:
-    """Return the number of comments among lines, if a second header is among them."""
-    return sum(r.counts and r.number is None for r in rows) if any(r.larger is not None for r in rows) else 0
+def _notes_beside_header(rows: list[Row], head: list[str]) -> int:
+    """Return the number of comments among lines, if a second header, or a line of the first, is among them."""
+    headed = any(r.larger is not None or r.text in head for r in rows if r.number is None)
+    return sum(r.counts and r.number is None and r.text not in head for r in rows) if headed else 0
 
 
 def _random_text_mutant(reader: str) -> Callable[[random.Random], Mutant]:

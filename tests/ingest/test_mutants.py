@@ -92,6 +92,7 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
         ("leybold-cassy-two-headers", 123),
         ("leybold-cassy-two-headers", 810007),
         ("leybold-cassy-two-headers", 960268),
+        ("leybold-cassy", 1200237),
         ("siglent-two-headers", 960378),
     ],
 )
