@@ -61,9 +61,10 @@ def _read(text: list[str], tmp_path: Path) -> list[mrfit.Recording]:
 
 
 @pytest.mark.parametrize("between", [2, 100])
+@pytest.mark.parametrize("time", ["second", "Second"])
 @pytest.mark.filterwarnings("ignore:left out")
-def test_units_that_none_knows_are_no_names_for_a_second_header(between: int, tmp_path: Path) -> None:
-    text = ["x-axis,1,4", "second,%FS,qzx", *_rows(",", between), "second,Volt,mV", *_rows(",", 240, between)]
+def test_units_that_none_knows_are_no_names_for_a_second_header(time: str, between: int, tmp_path: Path) -> None:
+    text = ["x-axis,1,4", f"{time},%FS,qzx", *_rows(",", between), f"{time},Volt,mV", *_rows(",", 240, between)]
     (read,) = _read(text, tmp_path)
     assert read.units == {"ch1": "", "ch4": ""} and read.samples == between
     assert [f"line {between + 3} begins another header" in f.text for f in read.findings].count(True) == 1

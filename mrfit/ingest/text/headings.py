@@ -85,7 +85,7 @@ class Heading:
             return self
         if not any(self.names):
             pairs = list(zip(before.names, self.units, strict=False))
-            unclear = any(n and u and units.compatible(n, u) for n, u in pairs)  # units, none of them known as one
+            unclear = any(u and n.lower() == u.lower() for n, u in pairs)  # a row of units, most of them unknown
             named = any(before.names) and len(pairs) == len(before.names) == len(self.names) and not unclear
             return replace(self, names=before.names) if named else None
         if any(self.units) or not any(before.units):
