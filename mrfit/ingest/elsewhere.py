@@ -20,7 +20,7 @@ from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, read_item
 from mrfit.ingest.refusal import Refusal
 
-LOGS_FOR_PROCESSES = 64
+READ_BY_PROCESSES = 64
 """Logs from which on processes save more time than their start takes; threads read few short ones at once."""
 
 
@@ -45,7 +45,7 @@ class LogParcel:
 
 def outcomes(items: Sequence[LogItem], pieces: BlockReading, jobs: int) -> Iterator[LogOutcome]:
     """Yield the outcomes of items, in their order, wherever they are read."""
-    if not is_elsewhere() and (jobs < 2 or len(items) < LOGS_FOR_PROCESSES):
+    if not is_elsewhere() and (jobs < 2 or len(items) < READ_BY_PROCESSES):
         yield from in_order(lambda item: read_item(item, pieces), items, jobs)
         return
     apart = is_apart()
@@ -55,6 +55,7 @@ def outcomes(items: Sequence[LogItem], pieces: BlockReading, jobs: int) -> Itera
         for item, is_kept in zip(items, kept, strict=True):
             # which item it was is known here
             yield read_item(item, pieces) if is_kept else replace(next(elsewhere), item=item)
+        next(elsewhere, None)  # its end leaves the processes to the next stage
 
 
 def _size(item: LogItem) -> int:

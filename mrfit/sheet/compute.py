@@ -117,7 +117,7 @@ def _stands_out(units: Sequence[UnitRow]) -> list[StandsOut]:
     found = []
     for (at, name), rows in values.items():
         numbers = np.array([value for _, value, _ in rows])
-        if len(numbers) < FEWEST_UNITS:
+        if len({whose for whose, _, _ in rows}) < FEWEST_UNITS:
             continue
         median = float(np.median(numbers))
         sigma = TO_SIGMA * float(np.median(np.abs(numbers - median)))

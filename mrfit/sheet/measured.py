@@ -21,7 +21,8 @@ from mrfit.measure.phase import widened
 from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.measure.usable import unusable
 from mrfit.report.numbers import significant
-from mrfit.segment import stage as segment_stage
+from mrfit.segment.conditions import name_conditions
+from mrfit.segment.detect import Detection, detect
 from mrfit.settings.segment import Settings as SegmentSettings
 from mrfit.settings.sheet import Settings
 from mrfit.signal.cycles import turning_points
@@ -29,8 +30,8 @@ from mrfit.signal.noise import noise_level
 from mrfit.signal.savitzky_golay import Smoother
 
 ONE_UNIT = "unit"
-CONDITIONS_FOR_PROCESSES = 40
-"""Conditions from which on processes save more time than their start takes."""
+LOGS_FOR_PROCESSES = 40
+"""Logs from which on processes save more time than their start takes."""
 SENSITIVE = 0.002
 """Share by which one sample of skew has to change a quantity to be said."""
 UNSTEADY_SWING = 0.05
@@ -116,29 +117,41 @@ def measured(
     settings
         How the sheet is computed.
     progress
-        Reports every condition.
+        Reports every recording.
     """
-    left = [(units[r.id], f"{r.source}: {reason}") for r in recordings if (reason := _unusable(r))]
-    usable = {r.id: r for r in recordings if not _unusable(r)}
-    segments, said = _segments(list(usable.values()))
+    reasons = {r.id: _unusable(r) for r in recordings}
+    left = [(units[r.id], f"{r.source}: {reasons[r.id]}") for r in recordings if reasons[r.id]]
+    usable = {r.id: r for r in recordings if not reasons[r.id]}
+    tests = [RecordingTest(usable[name], units[name], settings) for name in sorted(usable)]
+    jobs = settings.jobs if len(tests) >= LOGS_FOR_PROCESSES else 1
+    found = list[MeasuredRecording]()
+    for one in spread(_of_recording, tests, jobs, silent):
+        found.append(one)
+        progress("logs", len(found), len(tests))
+    segments = [s for one in found for s in one.detection.segments]
+    stated, wording = ({name: getattr(r, kind) for name, r in usable.items()} for kind in ("condition", "wording"))
+    names = iter([s.condition for s in name_conditions(segments, stated, wording)])
     rows, loops, courses = list[SheetCondition](), list[MeanLoop](), list[CycleCourse]()
     levels: dict[str, list[list[ConditionForce]]] = {}
-    done = set()
-    tests = [ConditionTest(usable[s.recording], s, units[s.recording], settings) for s in segments]
-    jobs = settings.jobs if len(tests) >= CONDITIONS_FOR_PROCESSES else 1
-    for number, (test, one) in enumerate(zip(tests, spread(_condition, tests, jobs, silent), strict=True), 1):
-        progress("conditions", number, len(tests))
+    done, said = set(), dict[str, list[str]]()
+    for test, one in zip(tests, found, strict=True):
         name, unit = test.recording.id, test.unit
-        if isinstance(one, str):
-            left.append((unit, f"{test.recording.source}: {test.segment.condition}: {one}"))
-            continue
-        done.add(name)
-        rows.append(replace(one.row, findings=[*one.row.findings, *said.pop(name, [])]))
-        loops.append(one.loop)
-        courses.append(one.course)
-        levels.setdefault(unit, []).append(one.levels)
+        # a set without any segment has its reasons of its own
+        said[name] = [f.partition(": ")[2] for f in one.detection.findings if segments]
+        for condition in one.conditions:
+            called = next(names)
+            if isinstance(condition, str):
+                left.append((unit, f"{test.recording.source}: {called}: {condition}"))
+            elif condition is not None:
+                own = condition.called(called)
+                rows.append(replace(own.row, findings=[*own.row.findings, *said[name]]))
+                loops.append(own.loop)
+                courses.append(own.course)
+                levels.setdefault(unit, []).append(own.levels)
+                done.add(name)
+                said[name] = []
     for name, recording in usable.items():
-        whole = _whole_record(recording, units[name], name in done, said.get(name, []))
+        whole = _whole_record(recording, units[name], name in done, said[name])
         rows += [whole] if isinstance(whole, SheetCondition) else []
         left += [(units[name], whole)] if isinstance(whole, str) else []
     across = {unit: _across(own) for unit, own in levels.items()}
@@ -154,27 +167,11 @@ def _unusable(recording: Recording) -> str:
     return next(filter(None, (unusable(name, recording.channels[name]) for name in ("displacement", "force"))), "")
 
 
-def _segments(recordings: Sequence[Recording]) -> tuple[list[Segment], dict[str, list[str]]]:
-    """Return the steady cycles of recordings by condition, and what the cut says of each recording."""
-    if not recordings:
-        return [], {}
-    ordered = sorted(recordings, key=lambda r: r.id)
-    try:
-        found, detections = segment_stage.cut(
-            ordered, len(ordered), SegmentSettings(drive="displacement", holdout="none")
-        )
-    except DataError:
-        return [], {}
-    said = {d.recording.id: [f.partition(": ")[2] for f in d.findings] for d in detections}
-    return [s for s in found if s.cycles], said
-
-
 @dataclass(frozen=True)
-class ConditionTest:
-    """The steady cycles of one condition in a recording of a unit, and the settings by which they are measured."""
+class RecordingTest:
+    """A recording of a unit, and the settings by which it is measured."""
 
     recording: Recording
-    segment: Segment
     unit: str
     settings: Settings
 
@@ -187,6 +184,23 @@ class MeasuredCondition:
     loop: MeanLoop
     course: CycleCourse
     levels: list[ConditionForce]
+
+    def called(self, condition: str) -> "MeasuredCondition":
+        """Return the same under the name of its condition."""
+        return MeasuredCondition(
+            replace(self.row, condition=condition),
+            replace(self.loop, condition=condition),
+            replace(self.course, condition=condition),
+            [replace(one, condition=condition) for one in self.levels],
+        )
+
+
+@dataclass(frozen=True)
+class MeasuredRecording:
+    """Segments of a recording, and what each gives: quantities, the reason against any, None without whole cycles."""
+
+    detection: Detection
+    conditions: list[MeasuredCondition | str | None]
 
 
 def cycle_quantities(cycles: Cycles, sine: bool, settings: Settings) -> list[Quantity]:
@@ -211,10 +225,16 @@ def cycle_quantities(cycles: Cycles, sine: bool, settings: Settings) -> list[Qua
     return sorted(found, key=lambda q: list(SHEET_QUANTITIES).index(q.name))
 
 
-def _condition(test: ConditionTest, progress: Progress) -> MeasuredCondition | str:
-    """Return the quantities of a condition, or the reason against any."""
+def _of_recording(test: RecordingTest, progress: Progress) -> MeasuredRecording:
+    """Return the quantities of a recording, whose conditions have no names yet."""
+    cut = SegmentSettings()
+    detection = detect(test.recording, "displacement", cut.min_cycles, cut.settle, cut.tolerance)
+    return MeasuredRecording(detection, [_of_segment(test, s) if s.cycles else None for s in detection.segments])
+
+
+def _of_segment(test: RecordingTest, segment: Segment) -> MeasuredCondition | str:
     try:
-        return _measured(test.recording, test.segment, test.unit, test.settings)
+        return _measured(test.recording, segment, test.unit, test.settings)
     except DataError as error:
         return str(error)
 

@@ -18,6 +18,8 @@ GUESS_ERROR = 0.05
 # Residual below which float64 sums cannot tell one more harmonic from rounding, relative to the signal's rms.
 SERIES_ROUNDING = 1e-8
 FREQUENCY_ITERATIONS = 12
+# Steps of the frequency, in rad over the record, at which it is found, and near enough for more harmonics to go on.
+SETTLED, BEGUN = 1e-10, 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +95,8 @@ def harmonic_fit(values: Array, dt: float, frequency_guess: float, refine: bool 
     most = _most_harmonics(len(values), omega)
     if refine:
         omega = _coarse(signal, omega)
-        for harmonics in sorted({1, min(3, most)}):
-            omega = _refine(signal, omega, harmonics)
+        omega = _refine(signal, omega, 1, BEGUN if most > 1 else SETTLED)
+        omega = _refine(signal, omega, min(3, most)) if most > 1 else omega
     coefficients = _select(signal, omega, most)
     if refine and len(coefficients) > 4:
         omega = _refine(signal, omega, len(coefficients) - 1)
@@ -183,7 +185,7 @@ def _solve(gram: Array, moments: Array) -> Array:
     return np.asarray(solution)
 
 
-def _refine(signal: Array, omega: float, harmonics: int) -> float:
+def _refine(signal: Array, omega: float, harmonics: int, settled: float = SETTLED) -> float:
     """Return the frequency at which the residual is orthogonal to the series' derivative by it."""
     samples = len(signal)
     centred = np.arange(samples) - (samples - 1) / 2
@@ -201,7 +203,7 @@ def _refine(signal: Array, omega: float, harmonics: int) -> float:
         if not 0.0 < omega + step < np.pi:
             break
         omega += step
-        if abs(step) * samples < 1e-10:
+        if abs(step) * samples < settled:
             break
     return omega
 

@@ -9,6 +9,7 @@ import pytest
 
 import mrfit
 from datasets.rig.closed_forms import Rig
+from mrfit.sheet import measured
 from tests.conftest import ROOT, Run
 
 LOGS = ROOT / "datasets" / "damper-sines"
@@ -45,6 +46,21 @@ def test_a_sheet_of_six_conditions_with_limits(tmp_path: Path, mrfit: Run) -> No
     assert file["schema"] == "mrfit/sheet/1" and file["units"][0]["verdict"] == "pass"
     ranges = [a["quantity"] for a in file["units"][0]["across"] if a["quantity"]["name"] == "dynamic range"]
     assert len(ranges) == 3 and all(2.0 < r["low"] < r["value"] < r["high"] < 4.0 for r in ranges)
+
+
+def test_processes_change_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    logs = mrfit.read([log(tmp_path / f"{k}.csv", Rig("gas", 2.0, 200.0, noise=0.005, seed=k)) for k in range(3)])
+    alone = mrfit.sheet(logs, unit_from="{unit}.csv").table
+    monkeypatch.setattr(measured, "LOGS_FOR_PROCESSES", 2)
+    assert mrfit.sheet(logs, unit_from="{unit}.csv", jobs=2).table.equals(alone)
+
+
+def test_conditions_of_one_unit_do_not_stand_out(tmp_path: Path) -> None:
+    """Five tests of a unit that are named alike are no five units."""
+    for k in range(5):
+        log(tmp_path / f"{k}.csv", Rig("gas", 2.0, 200.0, noise=0.001, seed=k), 3.0 if k == 4 else 1.0)
+    found = mrfit.sheet(mrfit.read(tmp_path)).content
+    assert len(found.units) == 1 and len(found.units[0].conditions) == 5 and not found.stands_out
 
 
 def test_the_same_command_gives_the_same_bytes(tmp_path: Path, mrfit: Run) -> None:

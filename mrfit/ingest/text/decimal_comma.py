@@ -29,11 +29,13 @@ def pairs_in(head: Head) -> int:
         If some rows have them and others do not.
     """
     rows = [line for line in head.lines if re.match(r"[ \t]*[+-]?\d", line)]
-    widths = Counter(_width(line) for line in rows)
+    of_rows = [_width(line) for line in rows]
+    widths = Counter(of_rows)
     width, count = max(((w, n) for w, n in widths.items() if w), key=lambda item: item[1], default=(0, 0))
     if 2 * count < len(rows) or not width:
         return 0
-    pairs = [line.strip().rstrip(",").split(",") for line in rows if _width(line) == width]
+    whole = [line for line, own in zip(rows, of_rows, strict=True) if own == width]
+    pairs = [line.strip().rstrip(",").split(",") for line in whole]
     columns = [[p[k].strip() for p in pairs] for k in range(2 * width)]
     if any(_is_padded(c) for column in columns[::2] for c in column):
         return 0

@@ -51,9 +51,10 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
     sample = [*source.head.lines[:SPELLING_LINES], *source.head.lines[-SPELLING_LINES:], *_last_lines(source.head)]
     changes: list[Callable[[str], str]] = []
     said: list[Finding] = []
-    if any(MINUS.search(line) for line in sample):
+    together = "\n".join(sample)
+    if MINUS.search(together):
         changes.append(lambda text: MINUS.sub("-", text))
-    if any(FORTRAN.search(line) for line in sample):
+    if FORTRAN.search(together):
         changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
     for thousands in _thousands(sample):
         changes.append(thousands.without)
