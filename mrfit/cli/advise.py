@@ -63,7 +63,7 @@ def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile |
 def _say(made: AdviceFile, work: Path) -> None:
     if made.outdated:
         again = "fit again" if made.goal == "parameters" else "discover again"
-        console.say(f"  warning outdated: {made.reason}: {again}")
+        console.say(f"  {console.outdated_line(made.reason, again)}")
     for line in made.text:
         console.say(line)
     apart = [k for k, pair in enumerate(made.pairs) if pair.separable]

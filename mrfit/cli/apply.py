@@ -51,7 +51,7 @@ def damper_named(work: Path, name: str) -> "Damper":
 def note_outdated(fit_name: str, reasons: Iterable[str]) -> None:
     """Print the reasons for which a fit is out of date, beside what is answered with it."""
     for reason in reasons:
-        console.note(f"warning outdated: {fit_name}: {reason}: fit again")
+        console.note(console.outdated_line(f"{fit_name}: {reason}"))
 
 
 def motions_of(

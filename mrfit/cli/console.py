@@ -94,6 +94,11 @@ def say(text: str) -> None:
         _print(text)
 
 
+def outdated_line(reason: str, again: str = "fit again") -> str:
+    """Return the warning of a result that is out of date."""
+    return f"warning outdated: {reason}: {again}"
+
+
 def conclude(text: str) -> None:
     """Print the summary of a command in one line, also where nothing else is wanted."""
     VERBOSITY.concluded = True

@@ -126,7 +126,7 @@ def outdated(reasons: Mapping[str, str]) -> None:
     """Print the reasons of fits that are out of date, by name; an empty reason prints nothing."""
     for name, reason in reasons.items():
         if reason:
-            console.say(f"  warning outdated: {name}: {reason}: fit again")
+            console.say(f"  {console.outdated_line(f'{name}: {reason}')}")
 
 
 def _few(names: Sequence[str]) -> str:

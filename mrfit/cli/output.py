@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.cli import export, plot
 from mrfit.cli import summary as in_one_line
-from mrfit.cli.console import VERBOSITY, conclude, numbers, print_table, say
+from mrfit.cli.console import VERBOSITY, conclude, numbers, outdated_line, print_table, say
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import number_of
 from mrfit.errors import ConfigError, near, unknown_name
@@ -329,7 +329,7 @@ def discover(summary: Summary, work: Path) -> None:
 def advise(summary: Summary) -> None:
     """Print the tests that would settle what a discovery left open."""
     if summary.get("outdated"):
-        say(f"  warning outdated: {summary['reason']}: discover again")
+        say(f"  {outdated_line(summary['reason'], 'discover again')}")
     if not summary["advice"]:
         say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
         return
