@@ -83,11 +83,18 @@ OVERLOADED = [
     (["Source,CH1,CH2", "Volt,Volt", "OL,OL,OL", "Second,Volt,mV", "OL,OL,OL"], {"ch1": "V", "ch2": "V"}, 1.0),
     (["Zeit,Kraft,Weg", "s,kN,mm", "OL,OL,OL", "s,N,mm", "OL,OL,OL"], {"force": "N", "displacement": "m"}, 1.0),
     (["Zeit,Kraft,Weg", "s,kN,mm", "-9,OL,OL", "s,N,mm", "-8,OL,OL"], {"force": "N", "displacement": "m"}, 1.0),
+    (
+        ["Zeit,Kraft,Weg", "(s),(qzx),(zoll)", "OL,OL,OL", "(s),(kN),(mm)", "OL,OL,OL"],
+        {"force": "N", "displacement": "m"},
+        1e3,
+    ),
     (["Rig,N. N.,", "t,F,s", "s,kN,mm", "OL,OL,OL", "OL,OL,OL"], {"force": "N", "displacement": "m"}, 1e3),
 ]
 
 
-@pytest.mark.parametrize(("header", "units", "first"), OVERLOADED, ids=["scope", "marks", "time is there", "once"])
+@pytest.mark.parametrize(
+    ("header", "units", "first"), OVERLOADED, ids=["scope", "marks", "time is there", "unknown", "once"]
+)
 def test_marks_of_overload_between_two_rows_of_units_are_no_names(
     header: list[str], units: dict[str, str], first: float, tmp_path: Path
 ) -> None:

@@ -177,7 +177,8 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
     if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not is_name_row(fitting[-1][1])):
         place, unit_row = fitting.pop()
         rows.append(head.lines[place].strip())
-        if fitting and any(map(OVERLOAD.fullmatch, fitting[-1][1])):  # a row: the names stand above it
+        # a row, or units that are given twice: the names stand above
+        if fitting and (any(map(OVERLOAD.fullmatch, fitting[-1][1])) or _in_brackets(fitting[-1][1])):
             before = find_header(head, replace(grid, first=place), start)
             unit_row = unit_row if len(unit_row) >= grid.width else None
             found = replace(before, rows=before.rows | {*rows}, first=first)
@@ -343,7 +344,7 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     """
     filled = [c for c in rows[-1] if c]
     known = [units.known(c) for c in filled]
-    if not filled or all(re.fullmatch(r"[\[({].*[\])}]", c) for c in filled) or all(known):
+    if not filled or _in_brackets(filled) or all(known):
         return bool(filled)
     above = [c for c in rows[-2] if c] if len(rows) > 1 else []
     if len(above) < len(filled) or not is_name_row(rows[-2]):
@@ -354,6 +355,11 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     named = sum(map(_is_recognised, above))
     wholly = 2 * named >= len(above) and not any(name_and_unit(c)[1] for c in above)
     return 2 * sum(known) >= len(filled) or any(known) and named > 0 or wholly
+
+
+def _in_brackets(cells: list[str]) -> bool:
+    filled = [c for c in cells if c]
+    return bool(filled) and all(re.fullmatch(r"[\[({].*[\])}]", c) for c in filled)
 
 
 def are_units(cells: list[str]) -> bool:

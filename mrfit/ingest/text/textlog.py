@@ -50,7 +50,7 @@ def fields_at(head: Head, line: int, delimiter: str) -> list[str]:
 
 
 def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
-    """Return the number of fields of the first data row, empty ones counted, if it fills ``expected`` columns.
+    """Return the number of fields of the first full data row, empty ones counted, if it fills ``expected`` columns.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
             f"the header names {expected} columns but line {line + 1} has {filled} ('{excerpt(head.lines[line])}')",
             "check its delimiter and decimal mark, and export the log again",
         )
-    return max(expected, len(split(head.lines[line], delimiter)))
+    return max(expected, len(split(head.lines[place], delimiter)))
 
 
 def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Field | None = None) -> Table:
