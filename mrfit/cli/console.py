@@ -145,13 +145,8 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
     # as a name that is typed or copied, where the rest has room
     whole = [numeric[0] or (crowded and widths[0] <= console.width // 3), *numeric[1:]]
     least = [between + (w if one else min(w, FOLDED_COLUMN)) for w, one in zip(widths, whole, strict=True)]
-    parts: list[list[int]] = [[0]]
-    for k in range(1, len(columns)):
-        if len(parts[-1]) > 1 and sum(least[j] for j in [*parts[-1], k]) >= console.width:
-            parts.append([0])
-        parts[-1].append(k)
     console.print(Text(visible(title), "italic"), soft_wrap=True)
-    for part in parts:
+    for part in _tables_below(least, console.width):
         table = Table(header_style="bold")
         if narrow:
             table.box, table.padding, table.show_edge, table.pad_edge = box.SIMPLE_HEAD, (0, 1, 0, 0), False, False
@@ -161,6 +156,16 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
         for n in range(len(rows)):
             table.add_row(*[Text(visible(texts[k][n])) for k in part])
         console.print(table)
+
+
+def _tables_below(least: Sequence[int], room: int) -> list[list[int]]:
+    """Return the columns of tables one below the other, each with the first, by the least width of every column."""
+    parts: list[list[int]] = [[0]]
+    for k in range(1, len(least)):
+        if len(parts[-1]) > 1 and sum(least[j] for j in [*parts[-1], k]) >= room:
+            parts.append([0])
+        parts[-1].append(k)
+    return parts
 
 
 def _broken(name: str, cells: Sequence[str]) -> list[str]:

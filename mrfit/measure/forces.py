@@ -84,23 +84,22 @@ def _peak(cycles: Cycles, up: bool, central: float) -> PerCycle:
     inside = first + (last - first) * PEAK_PLACES
     folds = [slice(0, None, 2), slice(1, None, 2)] if cycles.count > 1 else [slice(None)]
     places = [_place(cycles, up, inside, fold) for fold in folds]
-    values, noise, shared = np.empty(cycles.count), np.empty(cycles.count), 0.0
+    values, noise, shared, beside = np.empty(cycles.count), np.empty(cycles.count), 0.0, 0.0
     for fold, place in zip(folds, reversed(places), strict=True):
         found = cycles.at(up, place)
         values[fold], noise[fold] = found.values[fold], found.noise[fold]
         shared = max(shared, found.shared)
-    if cycles.per_cycle < CORNER_SAMPLES:
-        shared += max(_of_degree(cycles, up, place) for place in places)
-    return PerCycle(values, noise, shared, cycles.zero)
+        beside = max(beside, _of_degree(cycles, up, place, found))
+    return PerCycle(values, noise, shared + beside, cycles.zero)
 
 
-def _of_degree(cycles: Cycles, up: bool, place: float) -> float:
-    """Return the change in N of the force beside a reversal by one degree less of its polynomial."""
+def _of_degree(cycles: Cycles, up: bool, place: float, found: PerCycle) -> float:
+    """Return the change in N of the force found beside a reversal of few samples by a polynomial of a degree less."""
     window = cycles.window(place, CENTRAL / 2.0)
-    if 0.0 < window.ends[0] and window.ends[1] < 1.0:
+    if cycles.per_cycle >= CORNER_SAMPLES or 0.0 < window.ends[0] and window.ends[1] < 1.0:
         return 0.0
     lower = cycles.fitted(up, place, replace(window, degree=window.degree - 1))
-    return abs(float(lower.values.mean() - cycles.fitted(up, place, window).values.mean()))
+    return abs(float(lower.values.mean() - found.values.mean()))
 
 
 def _place(cycles: Cycles, up: bool, among: Array, every: slice) -> float:

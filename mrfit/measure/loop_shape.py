@@ -176,7 +176,7 @@ def _zero_of(way: Array, force: Array) -> float:
 
 
 def ripple(cycles: Cycles, forces: Forces) -> Quantity:
-    """Return the largest ripple over the smooth loop; it hardly knows by which time the force is late."""
+    """Return the largest ripple over the smooth loop; a force that is recorded late hardly changes it."""
     step = 2.0 / cycles.per_cycle
     if RIPPLE_SAMPLES * step > RIPPLE_WINDOW:
         return Quantity(

@@ -33,7 +33,7 @@ class Settings:
     rebound
         Sign of the velocity of rebound (extension).
     jobs
-        Processes that measure conditions; worth it from some dozens on.
+        Processes that read and measure logs, where there are dozens of these.
     """
 
     limits: Annotated[

@@ -95,8 +95,8 @@ def harmonic_fit(values: Array, dt: float, frequency_guess: float, refine: bool 
     most = _most_harmonics(len(values), omega)
     if refine:
         omega = _coarse(signal, omega)
-        omega = _refine(signal, omega, 1, BEGUN if most > 1 else SETTLED)
-        omega = _refine(signal, omega, min(3, most)) if most > 1 else omega
+        omega = _refine(signal, omega, 1, BEGUN)
+        omega = _refine(signal, omega, min(3, most))
     coefficients = _select(signal, omega, most)
     if refine and len(coefficients) > 4:
         omega = _refine(signal, omega, len(coefficients) - 1)

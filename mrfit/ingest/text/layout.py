@@ -177,7 +177,7 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
     if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not is_name_row(fitting[-1][1])):
         place, unit_row = fitting.pop()
         rows.append(head.lines[place].strip())
-        # a row, or units that are given twice: the names stand above
+        # marks of overload are a row of data, and units may be given twice: the names stand above
         if fitting and (any(map(OVERLOAD.fullmatch, fitting[-1][1])) or _in_brackets(fitting[-1][1])):
             before = find_header(head, replace(grid, first=place), start)
             unit_row = unit_row if len(unit_row) >= grid.width else None
@@ -444,16 +444,14 @@ def _belongs(name: str, unit: str) -> bool:
     return any(units.compatible(unit, w) for w in wanted)
 
 
-CHANNELS_CALLED: dict[str, list[str]] = {}
-"""Words of a header -> the canonical channels that it calls."""
-for _channel in CHANNELS.values():
-    for _word in {called.replace("_", " ") for called in (_channel.name, *_channel.aliases)}:
-        CHANNELS_CALLED.setdefault(_word, []).append(_channel.name)
+CHANNEL_WORDS = {c.name: {a.replace("_", " ") for a in (c.name, *c.aliases)} for c in CHANNELS.values()}
+"""Canonical channel -> the words by which a header calls it."""
 
 
 def aliases_of(name: str) -> list[str]:
     """Return the canonical channels that a header calls by exactly this name."""
-    return CHANNELS_CALLED.get(" ".join(words_of(name)), [])
+    word = " ".join(words_of(name))
+    return [channel for channel, words in CHANNEL_WORDS.items() if word in words]
 
 
 def words_of(name: str) -> list[str]:
