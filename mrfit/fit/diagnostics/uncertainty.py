@@ -2,9 +2,10 @@
 
 The residuals of a simulated model are correlated from sample to sample, so the covariance is the sandwich J⁺ Γ J⁺ᵀ with
 Γ the long-run covariance of the scores J_t·e_t (quadratic spectral kernel, bandwidth of Andrews 1991), not σ²(JᵀJ)⁻¹.
+The residual is whitened first by its correlation at a lag of one sample (Andrews and Monahan 1992).
 Where the drive is periodic, part of the residual repeats from cycle to cycle, as the error of a converter's steps or of
 a wrong model does: cycles do not average it out. Γ is that of what differs between cycles, plus whatever the long-run
-covariance over one folded cycle, all cycles of a phase summed, has in excess of it.
+covariance over one folded cycle, all cycles of a phase summed, has in excess of it and of chance.
 
 A direction of the parameter space along which the 95 % interval is wider than the bounds is not determined by the data:
 every parameter that leans on it is reported as unbounded.
@@ -16,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
+from scipy.signal import lfilter
+from scipy.special import ndtri, stdtrit
 
 from mrfit.core.specs import Array, Index
 
@@ -32,11 +34,12 @@ REDUNDANT = 3e-5
 LEAN = 1e-5
 # Score series are summed in blocks to at most this length: the long-run covariance stays, the transform gets shorter
 SERIES = 4096
-FOLDED_BINS = 1024
+# Most phases of a folded cycle: noise that differs between cycles must not hide how slowly it changes
+FOLDED_BINS = 256
 # Lag-one correlation beyond which a series holds too few independent samples for its bandwidth to be estimated
-LARGEST_RHO = 0.97
-# Standard errors by which a folded cycle must resemble its mirror image before its halves count as one
-MIRROR_ERRORS = 3.0
+LARGEST_RHO, LARGEST_WHITENED = 0.97, 0.999
+# Probability that a folded cycle of noise resembles its mirror image so far that its halves count as one
+MIRROR_LEVEL = 0.01
 
 
 @dataclass(frozen=True)
@@ -214,33 +217,53 @@ def _score_covariance(
     out of the residuals; the degrees are those of Satterthwaite's sum.
     """
     rank = bases[0].shape[1]
-    within, once, folded = np.zeros((3, rank, rank))
-    worth, phases = 0.0, 0.0
+    once, within, folded = np.zeros((3, rank, rank))
+    worth, phases, uncertain = 0.0, 0.0, 0.0
     for number, (basis, series) in enumerate(zip(bases, residuals, strict=True)):
         period = periods[number] if len(periods) else 0.0
-        cycles = len(series) / period if period >= 1.0 else 0.0
-        if cycles < 2.0:
-            within += (plain := long_run_covariance(basis * series[:, None]))
-            once += plain
-            worth += effective_samples(series)
-            continue
-        bins = phase_bins(len(series), period)
-        repeated = np.bincount(bins, series) / np.bincount(bins)
         noise = differing(series, period)
-        within += long_run_covariance(basis * noise[:, None])
-        sums: Array = np.stack([np.bincount(bins, c).astype(np.float64) for c in (basis * series[:, None]).T], axis=1)
-        folded += mirror_factor(repeated) * long_run_covariance(sums, circular=True)
         worth += effective_samples(noise)
+        own = innovation_covariance(basis, noise)
+        if noise is series:
+            once += own
+            continue
+        within += own
+        bins = phase_bins(len(series), period, FOLDED_BINS)
+        repeated = np.bincount(bins, series) / np.bincount(bins)
+        sums, powers = _by_phase(bins, basis * series[:, None]), _by_phase(bins, basis**2)
+        recurring = mirror_factor(repeated) * long_run_covariance(sums, circular=True)
+        folded += recurring
         phases += effective_samples(repeated)
+        shares = powers / np.maximum(powers.sum(axis=0), 1e-300)
+        uncertain += np.trace(recurring) ** 2 * max(bandwidth(sums), 1.0) * float(np.max(np.sum(shares**2, axis=0)))
     wider = worth / max(worth - rank, 1.0)
-    within *= wider
+    noisy = wider * (once + within)
     if phases == 0.0:
-        return within, worth - rank
-    larger = excess(once * wider + folded * phases / max(phases - rank, 1.0), within)
-    total = float(np.trace(within + larger))
+        return noisy, worth - rank
+    share = rank * uncertain / max(float(np.trace(folded)) ** 2, 1e-300)
+    # greatest eigenvalue, less 1, of a unit covariance estimated with a relative variance (Marchenko and Pastur 1967)
+    chance = 2.0 * math.sqrt(share) + share
+    larger = excess(folded * phases / max(phases - rank, 1.0), wider * within, chance)
+    total = float(np.trace(noisy + larger))
     share = float(np.trace(larger)) / total if total > 0.0 else 0.0
     inverse_degrees = share**2 / max(phases - rank, 1.0) + (1.0 - share) ** 2 / max(worth - rank, 1.0)
-    return within + larger, 1.0 / inverse_degrees
+    return noisy + larger, 1.0 / inverse_degrees
+
+
+def _by_phase(bins: Index, columns: Array) -> Array:
+    """Return the sums over each phase (M, F) of columns (N, F)."""
+    return np.stack([np.bincount(bins, c).astype(np.float64) for c in columns.T], axis=1)
+
+
+def innovation_covariance(basis: Array, series: Array) -> Array:
+    """Return the covariance of Σ_t u_t·e_t (F, F) for directions u (N, F) and noise e (N,), whitened as AR(1).
+
+    With e_t = ρ·e_(t−1) + w_t the sum is Σ_t ũ_t·w_t, ũ_t = u_t + ρ·ũ_(t+1), whatever ρ.
+    """
+    power = float(series @ series)
+    rho = float(np.clip(series[1:] @ series[:-1] / power, 0.0, LARGEST_WHITENED)) if power > 0.0 else 0.0
+    innovations = series - rho * np.concatenate([[0.0], series[:-1]])
+    return long_run_covariance(lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1] * innovations[:, None])
 
 
 def differing(series: Array, period: float) -> Array:
@@ -253,9 +276,9 @@ def differing(series: Array, period: float) -> Array:
     return (series - repeated[bins]) * math.sqrt(cycles / (cycles - 1.0))
 
 
-def phase_bins(samples: int, period: float) -> Index:
+def phase_bins(samples: int, period: float, most: int | None = None) -> Index:
     """Return the phase bin of every sample of a series with ``period`` samples per cycle, every bin in use."""
-    count = min(int(period), FOLDED_BINS)
+    count = min(int(period), most or samples)
     # slightly later, so that rounding does not move the first sample of a bin to the one before
     bins = np.floor(np.arange(samples) * (count / period) + 1e-6).astype(np.int64) % count
     return np.unique(bins, return_inverse=True)[1].reshape(-1)
@@ -270,14 +293,17 @@ def mirror_factor(repeated: Array) -> float:
     if power == 0.0:
         return 1.0
     mirrored = float(np.fft.irfft(np.fft.rfft(repeated) ** 2, len(repeated)).max()) / power
-    return 1.0 + mirrored if mirrored > MIRROR_ERRORS / math.sqrt(effective_samples(repeated)) else 1.0
+    independent = max(effective_samples(repeated), 2.0)
+    # of as many places as there are independent phases, pairs of which count twice
+    chance = math.sqrt(2.0 / independent) * float(ndtri(1.0 - MIRROR_LEVEL / independent))
+    return 1.0 + mirrored if mirrored > chance else 1.0
 
 
-def excess(larger: Array, smaller: Array) -> Array:
-    """Return the positive part of larger − smaller, both (F, F), in the units of the smaller one's diagonal."""
+def excess(larger: Array, smaller: Array, chance: float = 0.0) -> Array:
+    """Return the part of larger − smaller, both (F, F), above chance, in the units of the smaller one's diagonal."""
     unit = np.sqrt(np.maximum(np.diag(smaller), 1e-12 * max(float(np.trace(larger + smaller)), 1e-300)))
     values, vectors = np.linalg.eigh((larger - smaller) / np.outer(unit, unit))
-    positive: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(unit, unit)
+    positive: Array = (vectors * np.where(values > chance, values, 0.0)) @ vectors.T * np.outer(unit, unit)
     return positive
 
 
@@ -294,8 +320,8 @@ def long_run_covariance(scores: Array, circular: bool = False) -> Array:
         Whether the last sample is followed by the first, as in a folded cycle.
     """
     if len(scores) > SERIES:
-        starts = np.linspace(0, len(scores), SERIES, endpoint=False).astype(np.int64)
-        scores = np.add.reduceat(scores, starts, axis=0)
+        # sums of one length: others would be noise of their own
+        scores = np.add.reduceat(scores, np.arange(0, len(scores), -(-len(scores) // SERIES)), axis=0)
     samples = len(scores)
     length = samples if circular else 2 * samples
     spectrum = np.fft.rfft(scores, length, axis=0)
