@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from mrfit.io.schemas.sheet import SheetFile
     from mrfit.report.sections import Table
 
+FILES_FOR_PROCESSES = 64
+"""Files from which on processes, which read and measure them, begin at once."""
 SHEET_FOLDER = Path("mrfit-sheet")
 UNITS_LISTED, ROWS_LISTED, CONDITIONS_IN_FULL = 6, 24, 2
 """Units and rows that the terminal lists, and conditions of which it shows every quantity; all are in the files."""
@@ -40,8 +42,14 @@ def sheet(
 
     Example: mrfit measure sheet datasets/damper-sines --limits datasets/limits/damper.toml
     """
+    if sum(1 for path in logs for _ in (path.rglob("*") if path.is_dir() else (path,))) >= FILES_FOR_PROCESSES:
+        from mrfit.core.executors.processes import begin
+
+        begin(settings.jobs, ["mrfit.ingest.elsewhere", "mrfit.sheet.measured"])
+    from mrfit.report.svg import import_matplotlib
     from mrfit.sheet.write import write
 
+    import_matplotlib()
     recordings = read_logs(logs, reading.map, reading.pattern, settings.jobs)
     others = read_logs(against, reading.map, reading.pattern, settings.jobs) if against else []
     return CommandAnswer(write(recordings, settings, others, out, pdf, progress), show)

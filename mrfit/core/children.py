@@ -65,24 +65,27 @@ class Pool(ProcessPoolExecutor):
     ----------
     jobs
         How many.
-    module
-        What they all need to have imported.
+    modules
+        What they all need to have imported; a server for forks of them does so from now on.
     begin
         Called in each process before its work, with the queue, the end of the pipe and this process's environment.
     """
 
-    def __init__(self, jobs: int, module: str, begin: Callable[..., None]) -> None:
+    def __init__(self, jobs: int, modules: Sequence[str], begin: Callable[..., None]) -> None:
         import multiprocessing
 
         context: Any = multiprocessing.get_context(START)
-        if START == "forkserver":
-            context.set_forkserver_preload([module])
+        context.set_forkserver_preload(list(modules))
         ours: Any = multiprocessing.current_process()
         if ours._config.get("tempdir") is None:
             # where its sockets lie, whose paths are short: a folder of its own would stay when this process is killed
             ours._config["tempdir"] = str(temporary.kept("p"))
         given = dict(os.environ)
         with _environment_of_children():
+            if START == "forkserver":
+                from multiprocessing import forkserver
+
+                forkserver.ensure_running()
             self.told = context.SimpleQueue()
             self.ending, self.open = context.Pipe(duplex=False)
             super().__init__(jobs, context, begin, (self.told, self.ending, given))

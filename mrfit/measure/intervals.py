@@ -15,6 +15,7 @@ Imbens and Manski, Econometrica 72 (2004) 1845, eq. 7, for an error with a bound
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.special import fdtri, stdtr, stdtrit
@@ -157,9 +158,11 @@ def estimate(function: Function, *inputs: PerCycle, reach: float = 0.0) -> Estim
     if count < FEW_CYCLES:
         scatter, freedom = _pooled(scatter, freedom, noise)
     half = _half_interval(float(np.sqrt(scatter / count)), freedom, bound)
-    number = np.arange(count) - (count - 1) / 2.0
-    each = np.asarray(function(*(one.values + one.zero * number for one in inputs)), dtype=np.float64)
-    course = line_of(pseudo + each - own)
+    each, course = own, line
+    if any(one.zero for one in inputs):
+        number = np.arange(count) - (count - 1) / 2.0
+        each = np.asarray(function(*(one.values + one.zero * number for one in inputs)), dtype=np.float64)
+        course = line_of(pseudo + each - own)
     drifts = course is not None and course.chance < DRIFT_CHANCE and count >= FEW_CYCLES
     return Estimate(
         whole,
@@ -179,6 +182,7 @@ def of_values(values: Array) -> Estimate:
     return estimate(lambda x: x, PerCycle(values, noise))
 
 
+@cache
 def student_quantile(freedom: float) -> float:
     """Return half of the 95 % interval of a value over its standard error."""
     return float(stdtrit(max(freedom, 1.0), 0.5 + CONFIDENCE / 2.0))

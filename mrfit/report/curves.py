@@ -54,7 +54,7 @@ def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np
     """
     step = -(-len(across) // LONGEST_CURVE)
     first = np.arange(0, len(across), step, dtype=np.int64)
-    points = np.stack([unit_extent(across[first]), unit_extent(up[first])])
+    points = unit_extent(across[first]) + 1j * unit_extent(up[first])
     if not np.isfinite(points).all():
         return first
     kept, waiting = {0, len(first) - 1}, [(0, len(first) - 1)]
@@ -62,10 +62,10 @@ def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np
         a, b = waiting.pop()
         if b - a < 2:
             continue
-        chord = points[:, b] - points[:, a]
-        rest = points[:, a + 1 : b] - points[:, a : a + 1]
-        along = np.clip(chord @ rest / max(float(chord @ chord), 1e-30), 0.0, 1.0)
-        off = np.hypot(*(rest - chord[:, None] * along))
+        chord = complex(points[b] - points[a])
+        rest = points[a + 1 : b] - points[a]
+        along = (rest * (chord.conjugate() / max(abs(chord) ** 2, 1e-30))).real
+        off = np.abs(rest - chord * np.minimum(np.maximum(along, 0.0), 1.0))
         worst = int(np.argmax(off))
         if off[worst] > tolerance:
             middle = a + 1 + worst

@@ -1,7 +1,7 @@
 """Figures of a test sheet, the same on the page and on the printed sheet: loops, peak forces, history over cycles."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,6 +39,25 @@ def scale_of(values: Sequence[Array], unit: str) -> tuple[float, str]:
     return prefixed(max((float(np.max(np.abs(v), initial=0.0)) for v in values), default=0.0), unit)
 
 
+class _Lines:
+    """Curves of a figure; those of one style are drawn as one with gaps, since hundreds of artists take seconds."""
+
+    def __init__(self) -> None:
+        self._curves: dict[tuple[tuple[str, Any], ...], list[tuple[Array, Array]]] = {}
+
+    def add(self, x: Array, y: Array, **style: Any) -> None:
+        """Add a curve, x and y (N,), with the style and the label of a line of matplotlib."""
+        self._curves.setdefault(tuple(style.items()), []).append((x, y))
+
+    def draw(self, axes: "Axes") -> None:
+        """Draw the curves."""
+        for style, curves in self._curves.items():
+            x, y = (
+                np.concatenate([np.append(one, np.nan) for one in column])[:-1] for column in zip(*curves, strict=True)
+            )
+            axes.plot(x, y, **dict(style))
+
+
 def draw_loops(axes: "Axes", loops: Sequence[MeanLoop], against: Sequence[MeanLoop], over: str) -> None:
     """Draw force over ``displacement`` or ``velocity`` of all conditions, those compared with as dashed lines."""
     everything = [*loops, *against]
@@ -46,29 +65,29 @@ def draw_loops(axes: "Axes", loops: Sequence[MeanLoop], against: Sequence[MeanLo
     up, force = scale_of([one.force for one in everything], "N")
     colour = colours_of([one.current for one in everything])
     by_current = len({round(one.current, 2) for one in loops if np.isfinite(one.current)}) > 1
-    named: set[str] = set()
+    one_by_one = not by_current and len(loops) <= LEGEND_MAX
+    lines = _Lines()
     for number, one in enumerate(everything):
         x, y = across * getattr(one, over), up * one.force
         kept = simplified(x, y)
-        label = f"{one.current:.3g} A" if by_current else one.condition
-        shown = label not in named and number < len(loops) and (by_current or len(loops) <= LEGEND_MAX)
-        named.add(label)
-        axes.plot(
+        own = number < len(loops)
+        lines.add(
             x[kept],
             y[kept],
-            color=colour(one.current)
-            if by_current or len(loops) > LEGEND_MAX
-            else PALETTE[number % len(loops) % len(PALETTE)],
-            lw=0.9 if number < len(loops) else 0.7,
-            ls="-" if number < len(loops) else (0, (4, 2)),
-            label=label if shown else None,
+            color=PALETTE[number % len(loops) % len(PALETTE)] if one_by_one else colour(one.current),
+            lw=0.9 if own else 0.7,
+            ls="-" if own else (0, (4, 2)),
+            label=(f"{one.current:.3g} A" if by_current else one.condition)
+            if own and (by_current or one_by_one)
+            else None,
         )
+    lines.draw(axes)
     axes.set(xlabel=f"{over.capitalize()} ({unit})", ylabel=f"Force ({force})")
     axes.locator_params(nbins=6)
     if over == "velocity" and axes.get_legend_handles_labels()[0]:
         # where no curve is: a damper's force has the sign of the velocity
-        lines, words = axes.get_legend_handles_labels()
-        ordered = sorted(zip(words, lines, strict=True), key=lambda one: natural(one[0]))
+        handles, words = axes.get_legend_handles_labels()
+        ordered = sorted(zip(words, handles, strict=True), key=lambda one: natural(one[0]))
         axes.legend(
             [line for _, line in ordered], [text for text, _ in ordered],
             fontsize=7, loc="upper left", handlelength=1.2, labelspacing=0.25,
@@ -114,13 +133,15 @@ def draw_history(axes: "Axes", courses: Sequence[CycleCourse]) -> str:
     Return the words of the horizontal axis.
     """
     warm = any(np.ptp(one.temperature) > 1.0 for one in courses if np.isfinite(one.temperature).all())
+    lines = _Lines()
     for number, one in enumerate(courses):
-        x = one.temperature if warm else np.arange(1, len(one.force) + 1)
+        x = one.temperature if warm else np.arange(1.0, len(one.force) + 1.0)
         mean = float(np.mean(one.force)) or 1.0
-        axes.plot(
+        lines.add(
             x, 100.0 * (one.force / mean - 1.0), marker=".", ms=2.5, lw=0.6, color=PALETTE[number % len(PALETTE)],
             label=one.condition if len(courses) <= LEGEND_MAX else None,
         )  # fmt: skip
+    lines.draw(axes)
     if 1 < len(courses) <= LEGEND_MAX:
         axes.legend(fontsize=6, loc="best", handlelength=1.0, labelspacing=0.2)
     words = "Temperature (°C)" if warm else "Cycle"

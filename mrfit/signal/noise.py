@@ -28,6 +28,7 @@ NOISE_WINDOW, WINDOWS = 1 << 16, 16
 FALLING = (comb(12, 6) / comb(16, 8), 0.3077748916)
 
 
+@remembered
 def noise_level(values: Array) -> float:
     """Return the rms of a channel's white noise or, where that is larger, of its quantisation.
 

@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import contextmanager, suppress
 from itertools import islice
@@ -108,7 +108,7 @@ class _PoolWork:
         """Yield the ends of items of which one has killed its process, each made by a process alone."""
         self.waiting = {}
         self.pool.end()
-        self.pool = _ProcessPool(1, self.make.__module__)
+        self.pool = _ProcessPool(1, [self.make.__module__])
         for place, item in sorted(suspects, key=lambda one: one[0]):
             sent = packed(self.make, item)
             try:
@@ -118,10 +118,10 @@ class _PoolWork:
                 yield self._end(place, item, future.result())
             except BrokenExecutor:
                 self.pool.end()
-                self.pool = _ProcessPool(1, self.make.__module__)
+                self.pool = _ProcessPool(1, [self.make.__module__])
                 yield ItemEnd(place, error=MrfitError(KILLED))
         self.pool.end()
-        self.pool = _ProcessPool(self.jobs, self.make.__module__)
+        self.pool = _ProcessPool(self.jobs, [self.make.__module__])
 
 
 def _pool(jobs: int, module: str) -> "_ProcessPool":
@@ -131,7 +131,13 @@ def _pool(jobs: int, module: str) -> "_ProcessPool":
         if pool.jobs == jobs and pool.is_alive():
             return pool
         pool.end()
-    return _ProcessPool(jobs, module)
+    return _ProcessPool(jobs, [module])
+
+
+def begin(jobs: int, modules: Sequence[str]) -> None:
+    """Begin processes for the next work, which import modules while this process goes on."""
+    if jobs > 1:
+        _IDLE.append(_ProcessPool(jobs, modules))
 
 
 class _ProcessPool:
@@ -141,13 +147,13 @@ class _ProcessPool:
     ----------
     jobs
         How many.
-    module
+    modules
         What they all need to have imported.
     """
 
-    def __init__(self, jobs: int, module: str) -> None:
+    def __init__(self, jobs: int, modules: Sequence[str]) -> None:
         self.jobs = jobs
-        self.executor = children.Pool(jobs, module, _begin)
+        self.executor = children.Pool(jobs, modules, _begin)
 
     def submit(self, sent: bytes, progress: Progress) -> "Future[bytes]":
         """Have an item made by one of the processes."""

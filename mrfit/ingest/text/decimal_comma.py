@@ -16,6 +16,7 @@ from mrfit.ingest.text.textlog import text_of
 WHOLE_PART, DECIMAL_PART = r"[+-]?\d+", r"\d+(?:[eE][+-]?\d+)?"
 PAIRS = re.compile(rf"[ \t]*{WHOLE_PART},{DECIMAL_PART}(?:,[ \t]*{WHOLE_PART},{DECIMAL_PART})*[ \t]*,?[ \t]*\r?")
 PAIRED = re.compile(rf"({WHOLE_PART}),({DECIMAL_PART})(,?)")
+BEGINS_WITH_NUMBER = re.compile(r"[ \t]*[+-]?\d")
 SURE = 0.9
 """Least share of rows that are pairs, with as many fields each."""
 
@@ -28,7 +29,7 @@ def pairs_in(head: Head) -> int:
     Refusal
         If some rows have them and others do not.
     """
-    rows = [line for line in head.lines if re.match(r"[ \t]*[+-]?\d", line)]
+    rows = [line for line in head.lines if BEGINS_WITH_NUMBER.match(line)]
     of_rows = [_width(line) for line in rows]
     widths = Counter(of_rows)
     width, count = max(((w, n) for w, n in widths.items() if w), key=lambda item: item[1], default=(0, 0))
@@ -60,7 +61,7 @@ def _is_padded(text: str) -> bool:
 def _names(line: str) -> int:
     """Return the number of cells of a line that holds no number."""
     cells = [c.strip() for c in line.split(",")]
-    return len(cells) if len(cells) > 1 and all(c and not re.match(r"[+-]?\d", c) for c in cells) else 0
+    return len(cells) if len(cells) > 1 and all(c and not BEGINS_WITH_NUMBER.match(c) for c in cells) else 0
 
 
 def with_points(source: Source, width: int, data: Text | None = None) -> tuple[Source, bytes]:

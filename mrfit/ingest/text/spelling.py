@@ -98,25 +98,26 @@ def _thousands(lines: Sequence[str]) -> list[Thousands]:
             continue
         width = max(len(r) for r in rows)
         columns = [[r[k] for r in rows if k < len(r) and r[k]] for k in range(width)]
-        spaces = [Thousands(m, "[.,]", delimiter) for m in SPACES]
-        return [t for t in spaces if _all_grouped(columns, t)] + _marked(columns, delimiter)
+        fields = [f for column in columns for f in column]
+        written = set("".join(fields))
+        spaces = [Thousands(m, "[.,]", delimiter) for m in SPACES if m in written]
+        return [t for t in spaces if _all_grouped(fields, t)] + _marked(columns, fields, delimiter)
     return []
 
 
-def _all_grouped(columns: list[list[str]], thousands: Thousands) -> bool:
+def _all_grouped(fields: list[str], thousands: Thousands) -> bool:
     """Whether a mark stands in some numbers, and only where it may part thousands."""
-    with_mark = [f for column in columns for f in column if thousands.mark in f]
+    with_mark = [f for f in fields if thousands.mark in f]
     pattern = thousands.pattern()
     return bool(with_mark) and all(pattern.fullmatch(f) for f in with_mark)
 
 
-def _marked(columns: list[list[str]], delimiter: str) -> list[Thousands]:
+def _marked(columns: list[list[str]], fields: list[str], delimiter: str) -> list[Thousands]:
     for mark, decimal in ((".", ","), (",", r"\.")):
         thousands = Thousands(mark, decimal, delimiter)
-        if not _all_grouped(columns, thousands):
+        if not _all_grouped(fields, thousands):
             continue
         other = decimal[-1]
-        fields = [f for column in columns for f in column]
         twice = any(f.count(mark) > 1 or mark in f and other in f for f in fields)
         reverse = Thousands(other, re.escape(mark), delimiter).pattern()
         decimals = any(other in f and not reverse.fullmatch(f) for f in fields)
