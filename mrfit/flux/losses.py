@@ -1,19 +1,24 @@
 """Energy per cycle of a driven coil: what tells resistance, static hysteresis and eddy currents apart."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.io.columns import part_of
 from mrfit.signal.cycles import SteadyCycles
-from mrfit.signal.harmonics import series_at
+from mrfit.signal.harmonics import HarmonicFit, Spectrum, series_at
 
 # Loops whose amplitudes differ by less belong to one group; frequencies closer than this count as one.
 SAME_LOOP_AMPLITUDE = 0.1
 SAME_LOOP_FREQUENCY = 0.05
 NEEDED_FREQUENCIES = 3
+# Static loss of loops of several amplitudes: a sum of these powers of the flux amplitude, left out by so much of a loop
+STATIC_LOSS_POWERS = (1, 2, 3)
+STATIC_LOSS_MISFIT = 0.01
+NEEDED_LOOPS = len(STATIC_LOSS_POWERS) + 4
+RESISTANCE_ROUNDS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +37,8 @@ class LoopEnergy:
         ∮ i² dt per cycle in A²·s, mean removed.
     error
         Standard error in J of ∮ u·i dt − R·∮ i² dt, from the noise of u and i.
+    volts, amps
+        Fourier coefficients of voltage and current above the mean, in V and A.
     """
 
     recording: str
@@ -41,6 +48,15 @@ class LoopEnergy:
     supplied: float
     squared: float
     error: float
+    volts: Spectrum = field(repr=False, compare=False)
+    amps: Spectrum = field(repr=False, compare=False)
+
+    def flux(self, resistance: float) -> tuple[float, float]:
+        """Return the flux amplitude in Wb and ∮ (dλ/dt)² dt in V²·s of the loop at a resistance in Ω."""
+        rate = self.volts - resistance * self.amps
+        order = 2j * np.pi * self.frequency * np.arange(1, len(rate) + 1)
+        waves = HarmonicFit(self.frequency, np.concatenate([[0.0], rate / order]), 0.0)
+        return waves.amplitude, float(np.sum(np.abs(rate) ** 2)) / (2 * self.frequency)
 
     def area(self, resistance: float) -> float:
         """Return the loop's area ∮ i dλ in J at a resistance in Ω."""
@@ -106,7 +122,10 @@ def loop_of(voltage: Array, current: Array, dt: float, stretch: SteadyCycles, re
     volts[:count] = voltage_fit.coefficients[:count]
     rest_rms = float(np.sqrt(np.sum(np.abs(volts[1:] - 2 * resistance * amps[1:]) ** 2) / 2))
     error = float(weight * np.hypot(amps_rms * voltage_fit.residual, rest_rms * current_fit.residual))
-    return LoopEnergy(recording, frequency, current_fit.amplitude, stretch.cycles, supplied, squared, error)
+    amplitude = current_fit.amplitude
+    return LoopEnergy(
+        recording, frequency, amplitude, stretch.cycles, supplied, squared, error, volts[1:count], amps[1:count]
+    )
 
 
 def groups(loops: Sequence[LoopEnergy]) -> list[list[LoopEnergy]]:
@@ -133,9 +152,15 @@ def estimate_resistance(loops: Sequence[LoopEnergy]) -> tuple[float, float] | No
     """Return coil resistance and its standard error in Ω from how energy per cycle varies with frequency.
 
     W = R·∮ i² dt + a²·(static + eddy·f) over all amplitude groups with at least three frequencies, one R and two loss
-    coefficients per group; a is the amplitude. None if there is no such group.
+    coefficients per group; a is the amplitude. Loops outside of such groups are taken by ``LossesOverCurrent``, where
+    they are enough. None if there are neither.
     """
     grouped = groups(loops)
+    if _of_uneven_amplitudes(loops, grouped):
+        # no more than all of the energy is heat
+        begun = min(loop.supplied / loop.squared for loop in loops)
+        found = losses_over_current(loops, dict.fromkeys((loop.recording for loop in loops), begun))
+        return begun - float(found.solution[-1]), float(np.sqrt(found.covariance[-1, -1]))
     if not grouped:
         return None
     members = [loop for group in grouped for loop in group]
@@ -160,8 +185,48 @@ def _error(loop: LoopEnergy, resistance: float, amplitude: float) -> float:
     return float(np.hypot(loop.error, loop.area(resistance) * np.log(loop.amplitude / amplitude)))
 
 
-def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list[Separation]:
-    """Return the separation of loop area for every amplitude with at least three frequencies.
+@dataclass(frozen=True, slots=True)
+class LossesOverCurrent:
+    """Loop areas of all amplitudes and frequencies as area = Σ_p h_p·Λ^p + G·∮ (dλ/dt)² dt − resistance_error·∮ i² dt.
+
+    Λ is the flux amplitude: hysteresis depends on it alone, eddy currents on the rate of the flux.
+
+    Attributes
+    ----------
+    loops, rows
+        The loops, and the factors of h_p, G and the resistance error in each, shape (N, K).
+    solution, covariance
+        Estimates (K,) and their covariance (K, K), widened where the scatter is larger than the errors say.
+    """
+
+    loops: tuple[LoopEnergy, ...]
+    rows: Array
+    solution: Array
+    covariance: Array
+
+    def separations(self) -> list[Separation]:
+        """Return the static and the eddy loss of every loop at its current and frequency."""
+        resistance = float(self.solution[-1]), float(np.sqrt(self.covariance[-1, -1]))
+        found = []
+        for loop, row in sorted(
+            zip(self.loops, self.rows, strict=True), key=lambda p: (p[0].amplitude, p[0].frequency)
+        ):
+            parts = np.zeros((2, len(row)))
+            parts[0, :-2], parts[1, -2] = row[:-2], row[-2] / loop.frequency
+            (static, eddy), errors = parts @ self.solution, np.sqrt(np.diag(parts @ self.covariance @ parts.T))
+            pairs = float(static), float(errors[0]), float(eddy), float(errors[1])
+            found.append(Separation(loop.amplitude, (loop.frequency,), *pairs, *resistance))
+        return found
+
+
+def _of_uneven_amplitudes(loops: Sequence[LoopEnergy], grouped: list[list[LoopEnergy]]) -> bool:
+    """Return whether some loops are in no group of one amplitude, and all are enough for ``losses_over_current``."""
+    enough = len(loops) >= NEEDED_LOOPS and len(distinct_frequencies(loops)) >= NEEDED_FREQUENCIES
+    return enough and sum(map(len, grouped)) < len(loops)
+
+
+def losses_over_current(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> LossesOverCurrent:
+    """Return the losses of loops whose amplitudes differ over frequency.
 
     Parameters
     ----------
@@ -170,8 +235,35 @@ def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list
     resistances
         Resistance used for each recording, in Ω.
     """
-    separations = []
-    for group in groups(loops):
+    used = [resistances[loop.recording] for loop in loops]
+    areas = np.array([loop.area(r) for loop, r in zip(loops, used, strict=True)])
+    errors = np.hypot([loop.error for loop in loops], STATIC_LOSS_MISFIT * np.abs(areas))
+    off, rows, solution, covariance = 0.0, np.empty(0), np.empty(0), np.empty(0)
+    # the flux is that of the resistance once its error is known
+    for _ in range(RESISTANCE_ROUNDS):
+        flux = np.array([loop.flux(r - off) for loop, r in zip(loops, used, strict=True)])
+        powers = [flux[:, 0] ** p for p in STATIC_LOSS_POWERS]
+        rows = np.stack([*powers, flux[:, 1], -np.array([loop.squared for loop in loops])], axis=1)
+        solution, covariance = _weighted(rows, areas, errors)
+        off = float(solution[-1])
+    return LossesOverCurrent(tuple(loops), rows, solution, covariance)
+
+
+def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list[Separation]:
+    """Return the separation of loop area for every amplitude, or for every loop where their amplitudes differ.
+
+    Parameters
+    ----------
+    loops
+        Loops of all recordings.
+    resistances
+        Resistance used for each recording, in Ω.
+    """
+    separations: list[Separation] = []
+    grouped = groups(loops)
+    if _of_uneven_amplitudes(loops, grouped):
+        return losses_over_current(loops, resistances).separations()
+    for group in grouped:
         mean = float(np.mean([loop.amplitude for loop in group]))
         scale = np.array([(mean / loop.amplitude) ** 2 for loop in group])
         rows = np.array([[1.0, loop.frequency, -loop.squared * s] for loop, s in zip(group, scale, strict=True)])

@@ -20,7 +20,15 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.flux.channel import InMemory, SampleSource, channel_of
 from mrfit.flux.integral import IntegralDrift, drift_removed, integral_on_disk, integrate
-from mrfit.flux.losses import LoopEnergy, Separation, estimate_resistance, loop_of, separate
+from mrfit.flux.losses import (
+    NEEDED_LOOPS,
+    LoopEnergy,
+    Separation,
+    distinct_frequencies,
+    estimate_resistance,
+    loop_of,
+    separate,
+)
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.io.columns import extent, is_on_disk, part_of
 from mrfit.io.keys import code_version, file_digest, flux_key
@@ -256,9 +264,9 @@ def _estimated(wanted: list[_CoilAnalysis]) -> _Resistance:
         value, error, how = by_plateau
         return _Resistance(value, error, f"estimated from {how}")
     raise DataError(
-        f"{wanted[0].source}: the coil resistance cannot be estimated: it needs steady cycles at three frequencies of "
-        "one amplitude, or a steady direct current (at one frequency an error δR adds −δR·∮i²dt to the loop's area, "
-        "just as hysteresis does); give it with --resistance OHM, or log more frequencies"
+        f"{wanted[0].source}: the coil resistance cannot be estimated: it needs steady cycles at three frequencies, of "
+        f"one amplitude or of {NEEDED_LOOPS} loops, or a steady direct current (at one frequency an error δR adds "
+        "−δR·∮i²dt to the loop's area, just as hysteresis does); give it with --resistance OHM, or log more frequencies"
     )
 
 
@@ -387,7 +395,14 @@ def _summary(
     resistances: dict[str, _Resistance],
 ) -> FluxFile:
     values = {i: r.value for i, r in resistances.items()}
-    separations = separate([loop for a in analysed for loop in a.loops], values)
+    loops = [loop for a in analysed for loop in a.loops]
+    separations = separate(loops, values)
+    told = [_in_words(s) for s in separations]
+    if loops and not separations:
+        told = [
+            "the loop area is not separated into hysteresis and eddy currents: that needs three frequencies, of one "
+            f"amplitude or of {NEEDED_LOOPS} loops; there are {len(loops)} loops of {len(distinct_frequencies(loops))}"
+        ]
     return FluxFile(
         key=key,
         code=code_version(STAGE),
@@ -396,7 +411,7 @@ def _summary(
         recordings=rows,
         findings=[f"{r.id}: bias-change: {r.finding}" for r in rows if r.finding],
         separation=[SeparationRow(**asdict(s)) for s in separations],
-        separation_text=[_in_words(s) for s in separations],
+        separation_text=told,
     )
 
 

@@ -217,14 +217,14 @@ def dependence_on_current(
         if most and not varying and most > len(levels):
             raise DataError(
                 f"--current-order {text} needs training tests at {most} currents, there are "
-                f"{_listed(levels) or 'none stated'}; lower the order, or name "
+                f"{_listed(levels) or 'none stated'}{_held_out(segments)}; lower the order, or name "
                 "each log's current in the channel map ([condition] current, or a pattern on file names)"
             )
     if not orders:
         return None
     dependence = CurrentDependence(orders, currents.low, currents.high)
     if not varying:
-        _check_pieces(dependence, levels)
+        _check_pieces(dependence, levels, _held_out(segments))
     return dependence
 
 
@@ -240,8 +240,15 @@ def _listed(levels: Sequence[float]) -> str:
     return f"{len(levels)} ({', '.join(f'{i:.4g} A' for i in levels)})" if levels else ""
 
 
-def _check_pieces(dependence: CurrentDependence, levels: Sequence[float]) -> None:
-    """Refuse pieces with more values than the levels inside them can give.
+def _held_out(segments: Sequence[Segment]) -> str:
+    """Return the conditions that are held out, with the option that trains on them; nothing where none is."""
+    trained = {s.condition for s in segments if s.role == "train"}
+    named = dict.fromkeys(s.condition for s in segments if s.condition not in trained)
+    return f"; held out: {', '.join(named)} (mrfit segment --holdout none trains on them)" if named else ""
+
+
+def _check_pieces(dependence: CurrentDependence, levels: Sequence[float], held_out: str) -> None:
+    """Refuse pieces with more values than the levels inside them can give, and say what is held out.
 
     Raises
     ------
@@ -252,8 +259,8 @@ def _check_pieces(dependence: CurrentDependence, levels: Sequence[float]) -> Non
         if np.linalg.matrix_rank(dependence.basis(order, np.array(levels))) < count(order):
             raise DataError(
                 f"--current-order {name}={order}: a piece of order m needs training tests at m + 1 currents in it (a "
-                f"break belongs to the piece below it, and to both where they meet); there are {_listed(levels)}: "
-                "move the break or lower an order"
+                "break belongs to the piece below it, and to both where they meet); there are "
+                f"{_listed(levels)}{held_out}: move the break or lower an order"
             )
 
 

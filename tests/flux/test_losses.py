@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from datasets.rig.coil import Coil, solve, tune
 from mrfit.flux.losses import LoopEnergy, estimate_resistance, groups, loop_of, separate
 from mrfit.signal.cycles import steady_stretches
 from tests.flux.records import coil
@@ -67,6 +68,33 @@ def test_loop_area_is_separated_into_its_parts() -> None:
     assert found.eddy == pytest.approx(np.pi * 9 * 0.002, rel=1e-6)
     assert found.resistance_error == pytest.approx(0.05, rel=1e-6)
     assert found.frequencies == pytest.approx(FREQUENCIES)
+
+
+@pytest.mark.parametrize("given", [2.1, 2.2])
+def test_losses_of_amplitudes_that_fall_with_frequency_are_those_planted_in_a_coil(given: float) -> None:
+    # the bench of the flux paper: the voltage is set at 1 Hz and not corrected at 5 and 10 Hz
+    iron = Coil(eddy=60.0)
+    frequency, current = (grid.ravel() for grid in np.meshgrid(FREQUENCIES, np.arange(1.0, 6.0), indexing="ij"))
+    emf = tune(iron, np.ones(len(frequency)), current)[:, None] * np.sin(2 * np.pi * np.arange(2001) / 500)
+    truth = solve(iron, emf, 1.0 / (500 * frequency), keep=1)
+    noise = 0.003 * np.random.default_rng(1).standard_normal((2, *truth.current.shape))
+    loops, planted = [], {}
+    for k, hertz in enumerate(frequency):
+        voltage, amps, dt = truth.voltage[k, 500:], truth.current[k, 500:], 1.0 / (500 * hertz)
+        shown = amps + noise[0, k, 500:] * np.ptp(amps) / 2
+        (stretch,) = steady_stretches(shown, dt)
+        loops.append(loop_of(voltage + noise[1, k, 500:], shown, dt, stretch, str(k)))
+        heat = np.mean((voltage - 2.1 * amps)[:1500] ** 2) / (60.0 * hertz)
+        planted[loops[-1].amplitude] = heat / (np.trapezoid(amps[:1501], truth.flux[k, 500:2001]) / 3)
+    assert not [g for g in groups(loops) if len(g) == 3]
+    found = separate(loops, {p.recording: given for p in loops})
+    assert len(found) == 15
+    for part in found:
+        eddy = part.eddy * part.frequencies[0]
+        assert eddy / (part.static + eddy) == pytest.approx(planted[part.amplitude], abs=0.05)
+        assert part.resistance_error == pytest.approx(given - 2.1, abs=4e-3)
+    value, error = estimate_resistance(loops) or (0.0, 0.0)
+    assert value == pytest.approx(2.1, abs=max(4e-3, 3 * error))
 
 
 def test_amplitudes_a_few_percent_apart_are_one_group() -> None:

@@ -248,6 +248,11 @@ def test_three_frequencies_give_the_separation_in_words(tmp_path: Path) -> None:
     assert "static hysteresis" in text and "eddy" in text and "R is off by 0.1" in text
 
 
+def test_loops_that_cannot_be_separated_say_why_in_one_line(tmp_path: Path) -> None:
+    (text,) = run(workspace(tmp_path, [log(1.0), log(5.0)]), Settings()).separation_text
+    assert "needs three frequencies" in text and text.endswith("there are 2 loops of 2")
+
+
 def test_the_last_settings_and_resistance_are_remembered(tmp_path: Path) -> None:
     made = workspace(tmp_path, [log()])
     assert last_settings(made) == Settings() and last_resistance(made) is None

@@ -1,5 +1,6 @@
 """Joint fits over current: which parameters vary, where the search starts, and that planted polynomials come back."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -181,6 +182,10 @@ def test_levels_are_the_training_segments_alone() -> None:
     recordings = {s.recording: _Silent() for s in segments}
     dependence = dependence_on_current("bingham", "auto", segments, recordings, ())  # type: ignore[arg-type]
     assert dependence is not None and dependence.high == pytest.approx(0.5025)
+    held_out = ", ".join(dict.fromkeys(s.condition for s in segments if s.role == "holdout"))
+    for order in ("fy=2", "fy=0/0.3/1"):
+        with pytest.raises(DataError, match=re.escape(f"held out: {held_out} (mrfit segment --holdout none")):
+            dependence_on_current("bingham", order, segments, recordings, ())  # type: ignore[arg-type]
 
 
 class _Silent:
