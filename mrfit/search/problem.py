@@ -46,7 +46,7 @@ class SegmentBlock:
         Measured output (B,), compared with the simulation at ``nodes``.
     nodes, weights
         Target b stands beside Σ_k weights[b, k]·simulated[nodes[b, k]], both (B, S): one sample itself, or four on the
-        grid of a folded cycle, between which a cubic is drawn.
+        grid of a folded cycle, of the cubic through which the mean is taken over the target's samples.
     counts
         Samples each target stands for (B,).
     scatter
@@ -180,14 +180,16 @@ def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) 
     scatter = float(np.sum(output**2) - np.sum(weight * target**2) - np.sum(slope**2 * spread))
     lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
     times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
-    node = np.minimum(mean_phase.astype(np.int64), PHASE_BINS - 1)
+    # the mean of the curve over a bin, not the curve at the mean phase, which its curvature sets apart
+    within = phase - bins
+    means = [np.bincount(bins, within**k, PHASE_BINS)[full] / weight for k in (1, 2, 3)]
     return SegmentBlock(
         segment=segment,
         drive=np.stack([fit.evaluate(times) for fit in drive.fits]),
         dt=1.0 / (PHASE_BINS * frequency),
         target=target,
-        nodes=lead + (node[:, None] + np.arange(-1, 3)) % PHASE_BINS,
-        weights=cubic_weights(mean_phase - node),
+        nodes=lead + (np.flatnonzero(full)[:, None] + np.arange(-1, 3)) % PHASE_BINS,
+        weights=cubic_weights(*means),
         counts=weight,
         scatter=max(scatter, 0.0),
         method=drive.method,
@@ -196,14 +198,16 @@ def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) 
     )
 
 
-def cubic_weights(fractions: Array) -> Array:
-    """Return Lagrange weights (B, 4) of the samples at −1, 0, 1, 2 for a point at a fraction (B,) between 0 and 1."""
-    f = fractions
+def cubic_weights(first: Array, second: Array, third: Array) -> Array:
+    """Return the Lagrange weights (B, 4) of samples at −1, 0, 1, 2 for the mean over points between 0 and 1.
+
+    They follow from the mean of the points' places (B,), of their squares and of their cubes.
+    """
     columns = (
-        -f * (f - 1) * (f - 2) / 6,
-        (f + 1) * (f - 1) * (f - 2) / 2,
-        -(f + 1) * f * (f - 2) / 2,
-        (f + 1) * f * (f - 1) / 6,
+        -(third - 3.0 * second + 2.0 * first) / 6.0,
+        (third - 2.0 * second - first + 2.0) / 2.0,
+        -(third - second - 2.0 * first) / 2.0,
+        (third - first) / 6.0,
     )
     return np.stack(columns, axis=1)
 

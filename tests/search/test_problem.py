@@ -47,6 +47,14 @@ def test_the_cost_over_phase_bins_is_the_cost_over_samples(frequency: float, per
     assert cost[1] ** 2 - cost[0] ** 2 == pytest.approx(np.mean(full[1] ** 2) - np.mean(full[0] ** 2), rel=2e-3)
 
 
+def test_samples_closer_than_phase_bins_are_compared_with_the_mean_of_the_curve_over_a_bin() -> None:
+    recording, segment = a_log(2.0, 1 / (2.0 * 2000), 3, 0.0)
+    drive = smooth(recording, segment, ("current",))
+    block = folded_block(segment, drive, recording.channels["flux"][segment.start : segment.stop])
+    apart = differences(block, assemble("boucwen-flux"), THETA[:1])[0]
+    assert np.std(apart) <= 3e-7 * np.std(block.target)
+
+
 @pytest.mark.parametrize("cycles", [3, 8])
 def test_an_effect_that_takes_means_sees_whole_cycles(cycles: int) -> None:
     frequency, per_cycle = 5.0, 1200
