@@ -28,6 +28,8 @@ from mrfit.settings.drift import Settings
 
 DRIFT_LEVEL = 0.005
 """Probability that parameters which stay are said to drift, all of a comparison together."""
+LEFT_LEVEL, FORESEEN_LEVEL = 0.01, 0.05
+"""Probabilities of a drift beside the temperature that is none, and that a part moves which an effect moves as well."""
 TESTS_FOR_DRIFT = 4
 """Tests from which a drift is looked for."""
 TESTS_OF_UNIT = 3
@@ -387,9 +389,21 @@ def _causes(rows: Sequence[ParameterOverUnits], trends: Sequence[Trend]) -> Iter
     for condition in dict.fromkeys(r.condition for r in rows):
         own = [(r, t) for r, t in zip(rows, trends, strict=True) if r.condition == condition]
         for name in dict.fromkeys(s.covariate for r, _ in own for s in r.slopes):
-            moved = {r.parameter: (r, s, t) for r, t in own for s in r.slopes if s.covariate == name and s.drifts}
+            slopes = [(r, s, t) for r, t in own for s in r.slopes if s.covariate == name]
+            moved = {r.parameter: (r, s, t) for r, s, t in slopes if s.drifts or _foreseen(r, s, slopes)}
             if moved:
                 yield from _cause(condition, name, moved, len(own))
+
+
+def _foreseen(row: ParameterOverUnits, slope: Slope, slopes: Sequence[tuple[ParameterOverUnits, Slope, Trend]]) -> bool:
+    """Return whether a part moves with the temperature as one that is named does: its test is then one, not of many."""
+    parts = {"yield", "viscous"}
+    return (
+        slope.covariate == "temperature"
+        and row.role in parts
+        and slope.probability < FORESEEN_LEVEL
+        and any(s.drifts and r.role in parts - {row.role} and s.value * slope.value > 0.0 for r, s, _ in slopes)
+    )
 
 
 def _cause(
@@ -425,7 +439,7 @@ def _direction(change: float) -> str:
 
 def _with_temperature(trends: Sequence[Trend], covariate: str) -> float | None:
     """Return the least probability of drifts beside the temperature, None where one is left or none is known."""
-    least = 1.0
+    left, follows = [], []
     for trend in trends:
         warm = columns_of(trend.rows, ["temperature"])
         if "temperature" in trend.covariates or not np.isfinite(warm).all() or not np.ptp(warm) > 0.0:
@@ -439,8 +453,8 @@ def _with_temperature(trends: Sequence[Trend], covariate: str) -> float | None:
             return None
         fitted = _fitted(beside).fitted
         assert fitted is not None
-        left, follows = fitted.probabilities[1 + trend.covariates.index(covariate)], fitted.probabilities[-1]
-        if left < 0.05 or follows >= DRIFT_LEVEL:
-            return None
-        least = min(least, float(left))
-    return least
+        left.append(float(fitted.probabilities[1 + trend.covariates.index(covariate)]))
+        follows.append(float(fitted.probabilities[-1]))
+    least = min(1.0, len(left) * min(left))
+    known = min(follows) < DRIFT_LEVEL and max(follows) < FORESEEN_LEVEL
+    return least if known and least >= LEFT_LEVEL else None

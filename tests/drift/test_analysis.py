@@ -48,6 +48,8 @@ def test_a_drift_that_is_the_temperature_s_is_called_so() -> None:
     alone = compared(changes, temperature=warm)
     assert drifting(alone) == {("fy", "cycles"), ("c", "cycles")}
     assert [c.effect for c in alone.causes] == ["temperature"] and "nothing is left" in alone.causes[0].text
+    worn = compared([("fy", "cycles", -0.08), ("c", "cycles", -0.2)], temperature=warm)
+    assert [c.effect for c in worn.causes] == ["none named"]
 
 
 def test_a_step_is_told_from_a_drift() -> None:
