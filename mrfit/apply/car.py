@@ -36,8 +36,10 @@ from mrfit.apply.walk import (
 from mrfit.core.arguments import check_arguments
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
+from mrfit.core.workers import give_up, in_order
 from mrfit.errors import ConfigError, DataError
 from mrfit.settings.apply import Amplifier
+from mrfit.settings.shared import CORES
 
 CONTROLS = ("passive-low", "passive-high", "skyhook-on-off", "skyhook", "groundhook", "hybrid")
 ON_OFF = "skyhook-on-off"
@@ -159,7 +161,7 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-# Samples between two reports of progress
+# Samples after which a ride sees whether it is waited for
 _BLOCK = 1000
 # Courses of roads that are remembered
 _ROADS = 8
@@ -180,22 +182,28 @@ def drive(
     DataError
         If a lane leaves all bounds: the steps are too long for the damper's stiffest part.
     """
-    steps = [timing.samples(road) for _, road in pairs]
-    total, done, rides = sum(steps), 0, []
-    for pair, samples in zip(pairs, steps, strict=True):
-        setup, way = setup_of(stepper, car, pair, timing, amplifier)
-        for first in range(0, samples, _BLOCK):
-            left = driven(setup, way, first, min(first + _BLOCK, samples), samples)
-            if left >= 0:
-                raise DataError(
-                    f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
-                    f"with steps of {timing.sample / timing.steps:g} s: take shorter ones (--steps)"
-                )
-            progress(f"ride of {stepper.damper.name}", done + min(first + _BLOCK, samples), total)
-        done += samples
-        time = np.arange(setup.course.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
-        rides.append(Ride(*pair, time, *setup.course))
+    total, done, rides = sum(timing.samples(road) for _, road in pairs), 0, []
+    # the loops are compiled and leave the interpreter's lock to each other
+    for ride in in_order(lambda pair: _ride(stepper, car, pair, timing, amplifier), pairs, CORES):
+        rides.append(ride)
+        done += timing.samples(ride.road)
+        progress(f"ride of {stepper.damper.name}", done, total)
     return rides
+
+
+def _ride(stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None) -> Ride:
+    setup, way = setup_of(stepper, car, pair, timing, amplifier)
+    samples = timing.samples(pair[1])
+    for first in range(0, samples, _BLOCK):
+        left = driven(setup, way, first, min(first + _BLOCK, samples), samples)
+        if left >= 0:
+            raise DataError(
+                f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
+                f"with steps of {timing.sample / timing.steps:g} s: take shorter ones (--steps)"
+            )
+        give_up()
+    time = np.arange(setup.course.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
+    return Ride(*pair, time, *setup.course)
 
 
 def desired(control: Control, v: float, body: float, wheel: float) -> float:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from mrfit.apply.car import Ride, Timing, rms
 from mrfit.core.specs import Array, Index
 from mrfit.io.schemas.apply import Chatter
+from mrfit.signal.cycles import turning_points as extremes
 
 # A swing counts from this share of the ride's greatest force on
 _SWING = 0.02
@@ -80,30 +81,11 @@ def jumps(ride: Ride) -> float:
 def turning_points(force: Array) -> tuple[Index, Array]:
     """Return the samples at which a force turns after a swing of some size, and the sizes of the swings up to there."""
     least = _SWING * float(np.max(np.abs(force - np.median(force)), initial=0.0))
-    turns, sizes = list[int](), list[float]()
-    if least <= 0.0:
-        return np.empty(0, dtype=np.int64), np.empty(0)
-    low = high = 0
-    direction = 0
-    for k in range(1, len(force)):
-        if force[k] > force[high]:
-            high = k
-        if force[k] < force[low]:
-            low = k
-        if direction >= 0 and force[high] - force[k] >= least:
-            turns.append(high)
-            sizes.append(float(force[high] - force[low]) if low < high else least)
-            direction, low = -1, k
-            high = k
-        elif direction <= 0 and force[k] - force[low] >= least:
-            turns.append(low)
-            sizes.append(float(force[high] - force[low]) if high < low else least)
-            direction, high = 1, k
-            low = k
-    if turns and turns[0] == 0:  # where it begins, it does not turn
-        turns, sizes = turns[1:], sizes[1:]
-    swings = np.abs(np.diff(force[turns])) if len(turns) > 1 else np.empty(0)
-    return np.array(turns, dtype=np.int64), np.concatenate([swings[:1], swings]) if len(swings) else np.array(sizes)
+    turns = extremes(force, least) if least > 0.0 else np.empty(0, dtype=np.int64)
+    # where it begins and ends, it does not turn
+    turns = turns[(turns > 0) & (turns < len(force) - 1)]
+    swings = np.abs(np.diff(force[turns]))
+    return turns, np.concatenate([swings[:1], swings]) if len(swings) else np.full(len(turns), least)
 
 
 def bursts(quick: NDArray[np.bool_]) -> tuple[Index, Index]:
