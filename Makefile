@@ -19,7 +19,7 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint docs test-fmu test-browser test-slow bench studies studies-long discovery-benchmark batch datasets clean
+.PHONY: help setup demo demo-discover test lint docs test-fmu test-browser test-slow bench studies studies-long studies-checks discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       find what a model of a damper lacks and fit it, then a coil; say where report and picture lie'
@@ -32,6 +32,7 @@ help:
 	@echo 'make bench      measure speed, as ratios in one run'
 	@echo 'make studies    the studies of the papers, beside their published tables: docs/studies.md (ten minutes)'
 	@echo 'make studies-long  what takes longer: all points of an optimizer study, discovery on two real dampers'
+	@echo 'make studies-checks  the studies on other rigs, and the checks behind what differs'
 	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
 	@echo 'make batch LOGS=folder MODEL=name OPT=name JOBS=2   re-process every log under a folder, only what changed'
 	@echo 'make datasets   make the logs in datasets/ again'
@@ -107,6 +108,9 @@ studies: setup
 
 studies-long: setup
 	$(BIN)/python -m benchmarks.studies --work $(STUDIES) --long
+
+studies-checks: setup
+	$(BIN)/python -m benchmarks.studies --work $(STUDIES) --checks
 
 discovery-benchmark: setup
 	$(BIN)/python -m benchmarks.discovery --full --jobs $(JOBS) --keep discovery-work --out discovery-work/result.md

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +13,17 @@ import pyarrow.parquet as pq
 import mrfit
 from benchmarks.command import run_mrfit
 from benchmarks.studies.figures import Curve, Panel, draw
-from benchmarks.studies.page import AGREES, Row, Study, Table, claim, near
+from benchmarks.studies.page import Row, Rule, Study, Table, claim, compare, within
 from benchmarks.studies.runs import ROOT, Place, errors, fit_file, parameters, pipeline, published, value
+from datasets.studies.coil_flux import Rig
 from mrfit.models.boucwen_flux import derived
 
 FIT, TWO = "boucwen-flux.pso-fmin", "two-exponents"
 SEEDS = 5
-LEAST_GAIN = 0.1
+# Nine of the ten cycles of a log
+WHOLE_CYCLES = 2250
+GAINS = Rule("one-sided: PSO-fmin ends lower by 0.1 % or more", lambda paper, own: (own[2] or 0.0) >= 0.1)
+LEFT = Rule("share within 15 %", lambda paper, own: within(0.15).holds(paper[1:], own[1:]))
 # Gain in % by a second exponent up to which one serves
 ONE_SERVES = 5.0
 # What the published fits began with, as their values say
@@ -34,13 +40,13 @@ def condition_of(place: Place) -> dict[tuple[int, int], str]:
 def sd_table(place: Place) -> Table:
     """Return Table 1: standard deviation (RMSE) by current and frequency."""
     fit, named = fit_file(place.work, FIT), condition_of(place)
-    rmse, small = errors(fit, "rmse"), shares(fit)
-    rows = []
+    rmse, rows = errors(fit, "rmse"), []
     for row in published("flux_standard_deviation"):
         i = int(row["current_a"])
         paper = [value(row[k]) for k in ("f1hz", "f5hz", "f10hz")]
-        rows.append(Row(f"{i} A", paper, [rmse[named[f, i]] for f in (1, 5, 10)], f"differs: {small}"))
-    return Table("Standard deviation of the flux linkage, Wb", "Table 1", "current", ["1 Hz", "5 Hz", "10 Hz"], rows)
+        rows.append(compare(f"{i} A", paper, [rmse[named[f, i]] for f in (1, 5, 10)], within(0.25), "number"))
+    columns = ["1 Hz", "5 Hz", "10 Hz"]
+    return Table("Standard deviation of the flux linkage, Wb", "Table 1", "current", columns, rows, shares(fit))
 
 
 def shares(fit: dict[str, Any]) -> str:
@@ -53,8 +59,8 @@ def shares(fit: dict[str, Any]) -> str:
     ]
     own = [100.0 * e for c, e in errors(fit, "nrmse").items() if c != "all"]
     return (
-        f"published SDs are {min(printed):.2g} to {max(printed):.2g} % of the range of 2·A·Lc·I by the published "
-        f"parameters, as of a model that is not fitted; these are {min(own):.2g} to {max(own):.2g} %"
+        f"Published SDs are {min(printed):.2g} to {max(printed):.2g} % of the range of 2·A·Lc·I by the published "
+        f"parameters; those of the model fitted here are {min(own):.2g} to {max(own):.2g} %."
     )
 
 
@@ -79,14 +85,27 @@ def trends(table: Table) -> list[Row]:
             "error falls with frequency at every current",
             f"falls in {int(falls.sum())} of {falls.size} steps",
             bool(falls.all()),
-            "where it does not, the error is noise",
         ),
     ]
 
 
-def hybrid_table(place: Place) -> Table:
-    """Return Table 2: PSO-fmincon against fmincon at 1 Hz, medians and worst of five starts."""
-    options = ["--model", "boucwen-flux", "--per", "condition", "--only", "*-1Hz-*"]
+def spread_table(place: Place) -> list[Table]:
+    """Return Table 1 as the standard deviation of the flux itself: the error where no model is."""
+
+    def spread(f: int, i: int) -> float:
+        frame = pq.read_table(place.work / "flux" / f"coil_{f:02d}Hz_{i}A.parquet").to_pydict()
+        return float(np.std(frame["flux"][-WHOLE_CYCLES:]))
+
+    rows = [
+        compare(row.of, row.published, [spread(f, int(row.of[0])) for f in (1, 5, 10)], within(0.25), "number")
+        for row in sd_table(place).rows
+    ]
+    return [replace(sd_table(place), rows=rows)]
+
+
+def hybrid_table(place: Place, *more: str) -> Table:
+    """Return Table 2: PSO-fmincon against fmincon at 1 Hz, medians and worst of five starts; with more options."""
+    options = [*more, "--model", "boucwen-flux", "--per", "condition", "--only", "*-1Hz-*"]
     run_mrfit(place.work, "compare", "--optimizers", "fmin,pso-fmin", "--seeds", str(SEEDS), *options)
     with (place.work / "compare" / "optimizers.csv").open(encoding="utf-8") as file:
         cost = {(r["condition"], r["optimizer"]): float(r["median"]) for r in csv.DictReader(file)}
@@ -96,12 +115,8 @@ def hybrid_table(place: Place) -> Table:
         both, alone = (cost[named[1, i], o] for o in ("pso-fmin", "fmin"))
         gain = 100.0 * (alone - both) / alone
         printed = [float(row[k]) for k in ("pso_fmincon", "fmincon", "improvement_percent")]
-        verdict = AGREES if gain >= LEAST_GAIN else "differs: fmin alone finds the same minimum from most starts"
-        rows.append(Row(f"{i} A", printed, [both, alone, gain], verdict))
-    note = (
-        f"Medians over {SEEDS} starts, A free. Agreement: PSO-fmin ends lower by {LEAST_GAIN} % or more. At 3 A the "
-        "printed errors give 0.49 %, not the 0.69 % printed."
-    )
+        rows.append(compare(f"{i} A", printed, [both, alone, gain], GAINS, "ordering"))
+    note = f"Medians over {SEEDS} starts, A free. At 3 A the printed errors give 0.49 %, not the 0.69 % printed."
     return Table(
         "PSO-fmin against fmin alone, Wb and %",
         "Table 2",
@@ -123,11 +138,12 @@ def slope_table(place: Place) -> Table:
         paper = float(row["A"]) * float(row["Lc_h"])
         first.setdefault(f, (paper, own))
         share = (paper / first[f][0], own / first[f][1])
-        verdict = near(share[0], share[1], 0.15, "other iron: it saturates less within this range") if i > 1 else ""
-        rows.append(Row(f"{f} Hz, {i} A", [1e3 * paper, share[0]], [1e3 * own, share[1]], verdict))
+        sides = [1e3 * paper, share[0]], [1e3 * own, share[1]]
+        name = f"{f} Hz, {i} A"
+        rows.append(compare(name, *sides, LEFT, "ordering") if i > 1 else Row(name, *sides))
     note = (
-        "Of seven parameters the data determine A·Lc and the loop, not A, Lc, κ, β, γ and D one by one. Agreement: the "
-        "share of A·Lc left, against 1 A at the same frequency, within 15 %."
+        "Of seven parameters the data determine A·Lc and the loop, not A, Lc, κ, β, γ and D one by one. Compared: the "
+        "share of A·Lc left, against 1 A at the same frequency."
     )
     return Table(
         "Inductance A·Lc, mH, and its share of that at 1 A",
@@ -157,13 +173,10 @@ def planted_table(place: Place) -> Table:
         "rho": ("(β − γ)/(β + γ)", (p["beta"] - p["gamma"]) / (p["beta"] + p["gamma"]), 1.0, 0.3),
     }
     rows = [
-        Row(word, [paper], [unit * found[k]], near(paper, unit * found[k], share, "the noise leaves it open"))
+        compare(word, [paper], [unit * found[k]], within(share), "recovered")
         for k, (word, paper, unit, share) in truth.items()
     ]
-    note = (
-        "Logs made by the published model itself (`datasets/coil-planted/standard`). Agreement: 0.5 % in A·Lc, 5 % in "
-        "the loop's height, 15 % in turn-over and n, 30 % in the last."
-    )
+    note = "Logs made by the published model itself (`datasets/coil-planted/standard`)."
     return Table(
         "The published parameters at 3 A and 1 Hz, found again", "Table 3, 3 A", "combination", [""], rows, note
     )
@@ -180,9 +193,11 @@ def exponent_table(place: Place) -> Table:
         single, pair = (e[c] for e in errs)
         found = [exponents[0][c]["n"], exponents[1][c]["n1"], exponents[1][c]["n2"]]
         rows.append(Row(f"{f} Hz, {i} A", [], [1e3 * single, 1e3 * pair, 100.0 * (single - pair) / single, *found]))
+    single = [row.reproduced[3] or 0.0 for row in rows]
+    ends = sum(n in (1.0, 10.0) for n in np.round(single, 2))
     note = (
         "mWb, %, 1. The paper prints eq. 5 with n1 and n2 and tabulates n1 = n2. Its start values for n are 1.3; what "
-        "the loops of this rig want is beside."
+        f"the loops of this rig want is beside: n ends on a bound, 1 or 10, in {ends} of {len(rows)} fits."
     )
     columns = ["RMSE, n1 = n2", "RMSE, n1 ≠ n2", "gain", "n", "n1", "n2"]
     return Table("One exponent and two", "eq. 5", "test", columns, rows, note)
@@ -198,7 +213,6 @@ def exponent_words(table: Table) -> Row:
         f"two lower the error by more than {ONE_SERVES:g} % in {len(better)} of {len(gains)} tests, by "
         f"{max(gains.values()):.2g} % at most",
         not better,
-        f"at {'; '.join(better)}, the least saturated tests, the width of the loop wants another exponent",
     )
 
 
@@ -207,13 +221,12 @@ def moved_from_start(place: Place) -> Row:
     ranks = [r["conditioning"]["rank"] for r in fit_file(place.work, FIT)["results"]]
     rows = published("flux_boucwen_parameters")
     far = {k: [abs(float(r[k]) / s - 1.0) for r in rows] for k, s in STARTS.items()}
-    within = sum(all(far[k][j] < 0.03 for k in STARTS) for j in range(len(rows)))
+    close = sum(all(far[k][j] < 0.03 for k in STARTS) for j in range(len(rows)))
     return claim(
         "κ, β, γ, D",
-        f"within 3 % of 3.5, 30, 60 and 20 in {within} of {len(rows)} fits",
+        f"within 3 % of 3.5, 30, 60 and 20 in {close} of {len(rows)} fits",
         f"the data determine {min(ranks)} to {max(ranks)} of 7 parameters, so start values stay",
-        within >= 13 and max(ranks) < 7,
-        "the data determine every parameter",
+        close >= 13 and max(ranks) < 7,
     )
 
 
@@ -234,15 +247,10 @@ def readings() -> str:
 
 
 def losses(place: Place) -> list[Row]:
-    """Return what is said of the loops: area over current and frequency, and the separation of losses."""
+    """Return what is said of the loops: their area over current and width over frequency."""
     flux = json.loads((place.work / "flux.json").read_text(encoding="utf-8"))
     area = {r["id"]: r["loop_area"] for r in flux["recordings"]}
     grid = np.array([[area[f"coil_{f:02d}Hz_{i}A"] for i in range(1, 6)] for f in (1, 5, 10)])
-    work = place.work / "eddy"
-    run_mrfit(work, "ingest", str(ROOT / "datasets" / "coil-eddy"))
-    run_mrfit(work, "flux")
-    apart = json.loads((work / "flux.json").read_text(encoding="utf-8"))["separation"]
-    eddy = [s["eddy"] * max(s["frequencies"]) / (s["static"] + s["eddy"] * max(s["frequencies"])) for s in apart]
     wide = width(place)
     return [
         claim(
@@ -256,13 +264,6 @@ def losses(place: Place) -> list[Row]:
             "width grows with frequency",
             f"at 3 A width at zero flux {', '.join(f'{1e3 * w:.0f}' for w in wide)} mA at 1, 5, 10 Hz",
             bool(np.all(np.diff(wide) > 0)),
-        ),
-        claim(
-            "model without frequency",
-            "the flux model holds at every frequency",
-            f"on coil-eddy the eddy loss is {100 * min(eddy):.0f} to {100 * max(eddy):.0f} % of the area at 10 Hz",
-            False,
-            "a rate-independent law cannot give a width that grows; the separation of losses says how much it lacks",
         ),
     ]
 
@@ -317,13 +318,28 @@ def figures(place: Place) -> list[tuple[str, str]]:
     return [("coil-flux.svg", "Loops over current (Fig. 8), over frequency (Fig. 9) and the coil's voltage (Fig. 4)")]
 
 
-def run(logs: Path, work: Path) -> Study:
-    """Run the study."""
-    place = Place(logs, work)
+def core(place: Place) -> list[Table]:
+    """Return the tables of a rig."""
     pipeline("coil-flux", place)
     one, exponents = sd_table(place), exponent_table(place)
     words = [*trends(one), moved_from_start(place), exponent_words(exponents), *losses(place)]
-    said = Table("What the paper says", "sections 3-5", "of", [], words)
+    return [Table("What the paper says", "sections 3-5", "of", [], words), one, slope_table(place), exponents]
+
+
+RIGS = {f"iron, resistance and eddy loss of draw {k}": Rig().drawn(k) for k in (1, 2)}
+CHECKS = {
+    "no model: the standard deviation of the flux itself": spread_table,
+    "no eddy currents": replace(Rig(), eddy=math.inf),
+    "three times the eddy currents: 20 Ω": replace(Rig(), eddy=20.0),
+    "the voltage set again at every frequency": replace(Rig(), corrected=True),
+    "both searches end after 400 evaluations": lambda place: [hybrid_table(place, "--budget", "400")],
+    "both searches end after 100 evaluations": lambda place: [hybrid_table(place, "--budget", "100")],
+}
+
+
+def run(logs: Path, work: Path) -> Study:
+    """Run the study."""
+    place = Place(logs, work)
     return Study(
         "coil-flux",
         "Bouc-Wen flux model of a coil",
@@ -335,10 +351,15 @@ def run(logs: Path, work: Path) -> Study:
             "mrfit compare --optimizers fmin,pso-fmin --model boucwen-flux --per condition --only '*-1Hz-*' "
             f"--seeds {SEEDS}",
         ],
-        [one, hybrid_table(place), slope_table(place), planted_table(place), exponents, said],
+        [*core(place), hybrid_table(place), planted_table(place)],
         [
             "The fall of Table 1's errors with frequency needs no better model at 10 Hz: the voltage was not "
             "corrected, the current fell, and a smaller current saturates the iron less.",
+            "Table 1 agrees in all of its 15 values, within 25 %, with the standard deviation of the flux itself "
+            "(check 1): it looks like the size of the signal, not the error of a fit. What the paper reads in it, "
+            "errors that rise with current and fall with frequency, the signal does.",
+            "A·Lc of Tables 3-5 rises with frequency by 41 % at 1 A and by 1 % at 5 A. More eddy currents, none, and a "
+            "corrected voltage (checks 2 to 4) leave the shares apart: no rate-independent coil gives both.",
             readings(),
         ],
         ["Table 6: its numbers are lost in the scan."],

@@ -10,7 +10,7 @@ from scipy.io import loadmat
 
 import mrfit
 from benchmarks.command import run_mrfit
-from benchmarks.studies.page import AGREES, Row, Study, Table
+from benchmarks.studies.page import AT_MOST, Row, Rule, Study, Table, compare
 from benchmarks.studies.runs import ROOT, errors, fit_file
 from mrfit.simulate.assembly import assemble
 
@@ -25,6 +25,8 @@ SETS = {
 # errors in % that the sheet of the shaking table's authors gives of their Dahl models
 KEIO_BOUC_WEN = 84.6
 TABLE_DAHL = (21.25, 36.66)
+AT_LEAST = Rule("one-sided: at least what is reported", lambda paper, own: (own[0] or 0.0) >= (paper[0] or 0.0))
+WORST = Rule("one-sided: no condition is worse than the worst", lambda paper, own: AT_MOST.holds(paper[1:], own[1:]))
 
 
 def author_error(root: Path, names: tuple[str, ...]) -> float:
@@ -54,12 +56,11 @@ def press_table(work: Path, root: Path) -> Table:
     rows = []
     for model in ("spencer", "hysteretic-biviscous", "bingham"):
         error = 100.0 * errors(fit_file(work / "press", f"{model}.auto.all"), "nrmse", "holdout")["all"]
-        paper: list[float | None] = [authors if model == "spencer" else None]
-        verdict = "" if model != "spencer" else (AGREES if error < authors else "differs: mrfit's fit is worse")
-        rows.append(Row(model, paper, [error], verdict))
+        known = model == "spencer"
+        rows.append(compare(model, [authors], [error], AT_MOST, "ordering") if known else Row(model, [None], [error]))
     note = (
         "NRMSE in % on 5 mm, 3 Hz at 0 and 0.5 A together. Published: the authors' own twelve parameters of Spencer's "
-        "model, fitted to all tests, simulated here. Agreement: mrfit, which has not seen these two, is no worse."
+        "model, fitted to all tests, simulated here. mrfit has not seen these two."
     )
     return Table("Press (UTFSM): errors on tests held out", "parameters of the authors", "model", [""], rows, note)
 
@@ -69,11 +70,13 @@ def keio_table(work: Path) -> Table:
     rows = []
     for model in ("lugre+delay", "bingham"):
         held = errors(fit_file(work / "keio", f"{model}.auto.all"), "fit_percent", "holdout")["all"]
-        verdict = (AGREES if held > KEIO_BOUC_WEN else "differs: mrfit's model is worse") if model != "bingham" else ""
-        rows.append(Row(model, [KEIO_BOUC_WEN if model != "bingham" else None], [held], verdict))
+        known = model != "bingham"
+        rows.append(
+            compare(model, [KEIO_BOUC_WEN], [held], AT_LEAST, "ordering") if known else Row(model, [None], [held])
+        )
     note = (
         "Fit in % in free run on the second record. Published: a simple Bouc-Wen model, as the tests here cite "
-        "it; its source was not seen again. Agreement: no worse."
+        "it; its source was not seen again."
     )
     return Table("Keio: fit on the record held out", "as reported", "model", [""], rows, note)
 
@@ -84,14 +87,12 @@ def shaking_table(work: Path) -> Table:
     for model in ("dahl", "boucwen", "spencer"):
         found = errors(fit_file(work / "table", f"{model}.auto"), "relative_rmse")
         each = [100.0 * v for c, v in found.items() if c != "all"]
-        paper = list(TABLE_DAHL) if model == "dahl" else [None, None]
-        verdict = ""
-        if model == "dahl":
-            verdict = AGREES if max(each) < TABLE_DAHL[1] else "differs: a condition is fitted worse"
-        rows.append(Row(model, paper, [min(each), max(each)], verdict))
+        own: list[float | None] = [min(each), max(each)]
+        known = model == "dahl"
+        rows.append(compare(model, [*TABLE_DAHL], own, WORST, "ordering") if known else Row(model, [None, None], own))
     note = (
         "Least and greatest error of a condition in %, rms over rms force. Published: four errors in the authors' "
-        "sheet, which does not define them. Agreement: no condition is worse than the worst of these."
+        "sheet, which does not define them."
     )
     return Table("Shaking table (labcontrol)", "sheet of the authors", "model", ["least", "greatest"], rows, note)
 
@@ -112,7 +113,7 @@ def discovered(work: Path, name: str, authors: str = "not asked by the authors")
     effects = ", ".join(e["name"] for e in found["effects"]) or "no effect"
     before, after = (100.0 * found["gap"][k] for k in ("before", "after"))
     said = f"{found['verdict']}: {effects}; held-out error {before:.3g} %, then {after:.3g} % of the range"
-    return Row(f"{name}, from {found['base_model']}", [], [], "", (authors, said))
+    return Row(f"{name}, from {found['base_model']}", [], [], words=(authors, said))
 
 
 def discovery_table(rows: list[Row]) -> Table:

@@ -34,7 +34,7 @@ def run(logs: Path, work: Path) -> Study:
             f"{mse[:, 1:].size}; "
             f"at 40 and 800 {mse[3, 5] / mse.min():.3g} times the least, which is at {best}",
             bool(mse[3, 5] < 1.05 * mse.min() and mse[-1, -1] < mse[0, 0]),
-            "a start that ends in another minimum weighs more than the settings",
+            rule="within 5 % of the least",
         )
     ]
     curves = [Curve(np.array(ITERATIONS, dtype=float), mse[k], f"{p} whales", k) for k, p in enumerate(POPULATIONS)]

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,11 @@ PUBLISHED = Path(__file__).parent / "published"
 
 @dataclass(frozen=True)
 class Place:
-    """Where a study reads its logs and works."""
+    """Where a study reads its logs and works, and the rig that made the logs where it is not the study's own."""
 
     logs: Path
     work: Path
+    rig: Any = field(default=None, compare=False)
 
 
 def published(name: str) -> list[dict[str, str]]:
@@ -32,8 +33,12 @@ def value(text: str) -> float | None:
 
 
 def pipeline(name: str, place: Place) -> None:
-    """Run a study's pipeline file on its logs."""
-    run_mrfit(place.work, "run", str(ROOT / "pipelines" / f"study-{name}.toml"), "--log", str(place.logs))
+    """Run a study's pipeline file on its logs; on another rig's without a report."""
+    file = ROOT / "pipelines" / f"study-{name}.toml"
+    if place.rig is not None:
+        whole, file = file.read_text(encoding="utf-8"), place.work.with_suffix(".toml")
+        file.write_text(whole.partition("[report]")[0], encoding="utf-8")
+    run_mrfit(place.work, "run", str(file), "--log", str(place.logs))
 
 
 def fit_file(work: Path, name: str) -> dict[str, Any]:

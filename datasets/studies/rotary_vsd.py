@@ -1,10 +1,12 @@
 """Logs of the rotary-stiffness paper's bench: 60 sines by a shake table on a lever, 2048 samples a second.
 
 The disk is the plug of ``rig/plug.py`` turned: chains that yield over 1 to 12 mrad, a viscosity that thins, a spring
-that grows with current; the size of each is near the paper's eqs. 20-24. The table moves the tip of a lever of 202.5 mm
-(7.06, 17.65 and 28.2 mm are 2, 5 and 8 degrees); a load cell in its rod and two transducers at its tip are recorded.
+that grows with current; yield torque, viscosity and spring are those of the paper's eqs. 20-22. The table moves the tip
+of a lever of 202.5 mm (7.06, 17.65 and 28.2 mm are 2, 5 and 8 degrees); a load cell in its rod and two transducers at
+its tip are recorded.
 """
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,25 +29,57 @@ vertical = {{column = "Vertical", unit = "mm"}}
 """
 
 
-def disk() -> Plug:
-    """Return the disk: torque in N*m over angle in rad."""
-    thresholds = np.geomspace(1e-3, 12e-3, 6)
-    law = StopLaw(thresholds, np.full(len(thresholds), 1.0 / len(thresholds)) / thresholds)
-    return Plug(
-        yield_force=lambda i: 0.77 + 4.97 * i,
-        post_yield=lambda i: 0.25 + 2.2 * i,
-        pre_yield=lambda i: 20.0 + 220.0 * i,
-        shear_speed=2.0,
-        law=law,
-    )
+@dataclass(frozen=True)
+class Rig:
+    """The disk: torque in N*m over angle in rad.
+
+    Attributes
+    ----------
+    strokes
+        Angles in rad over which the first and the last of six chains yield.
+    leak
+        Pre-yield dashpot in N*m*s/rad without current, and its slope over current in A.
+    thinning
+        Speed in rad/s over which the viscosity thins.
+    spring
+        Stiffness in N*m/rad without current, and its slope over current in A.
+    noise
+        Of the load cell, in N.
+    """
+
+    strokes: tuple[float, float] = (1e-3, 12e-3)
+    leak: tuple[float, float] = (20.0, 220.0)
+    thinning: float = 2.0
+    spring: tuple[float, float] = (-10.41, 28.48)
+    noise: float = FORCE_NOISE
+
+    def torque(self, angle: Array, current: Array, step: Array) -> Array:
+        """Return the torque of angles (runs, samples) at currents (runs, 1) and steps (runs,)."""
+        strokes = np.geomspace(*self.strokes, 6)
+        plug = Plug(
+            yield_force=lambda i: 0.77 + 4.97 * i,
+            post_yield=lambda i: 0.23 + 2.06 * i,
+            pre_yield=lambda i: self.leak[0] + self.leak[1] * i,
+            shear_speed=self.thinning,
+            law=StopLaw(strokes, np.full(len(strokes), 1.0 / len(strokes)) / strokes),
+        )
+        torque: Array = plug.force(angle, current, step) + (self.spring[0] + self.spring[1] * current) * angle
+        return torque
+
+    def drawn(self, seed: int) -> "Rig":
+        """Return a rig with another draw of what the paper leaves open: chains, leak, thinning, noise."""
+        rng = np.random.default_rng(seed)
+        low, high, leak, thinning, noise = (float(x) for x in rng.uniform(0.6, 1.6, 5))
+        return replace(
+            self,
+            strokes=(low * self.strokes[0], high * self.strokes[1]),
+            leak=(leak * self.leak[0], leak * self.leak[1]),
+            thinning=thinning * self.thinning,
+            noise=noise * self.noise,
+        )
 
 
-def spring(current: Array) -> Array:
-    """Return the stiffness in N*m/rad."""
-    return 1.0 + 17.0 * current
-
-
-def make(out: Path, seed: int) -> None:
+def make(out: Path, seed: int, rig: Rig = Rig()) -> None:
     """Write 60 logs of six cycles."""
     rng = np.random.default_rng([seed, 5])
     (out / "mrfit.toml").write_text(MAP, encoding="utf-8")
@@ -56,7 +90,7 @@ def make(out: Path, seed: int) -> None:
         time = step * np.arange(round(CYCLES / frequency / step))
         horizontal = stroke * np.sin(2.0 * np.pi * frequency * time)
         angle = np.arcsin(horizontal / LEVER)
-        torque = disk().force(angle, current, np.full(len(tests), step)) + spring(current) * angle
+        torque = rig.torque(angle, current, np.full(len(tests), step))
         force, vertical = torque / (LEVER * np.cos(angle)), LEVER * (1.0 - np.cos(angle))
         for k, (amplitude, ampere) in enumerate(tests):
             kept = slice(None, None, OVERSAMPLING)
@@ -65,7 +99,7 @@ def make(out: Path, seed: int) -> None:
                 time[kept],
                 1e3 * (horizontal[k, kept] + STROKE_NOISE * noise[0]),
                 1e3 * (vertical[k, kept] + STROKE_NOISE * noise[1]),
-                force[k, kept] + FORCE_NOISE * noise[2],
+                force[k, kept] + rig.noise * noise[2],
                 ampere + CURRENT_NOISE * noise[3],
             ]
             path = out / f"{frequency:g}Hz_{1e3 * amplitude:g}mm_{ampere:g}A.csv"

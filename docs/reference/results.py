@@ -5,8 +5,9 @@ Nothing on it is typed by hand; a test compares the page with what is made of th
 """
 
 import ast
-import json
 from pathlib import Path
+
+from benchmarks.studies.page import counts, headline, load
 
 DOCS = Path(__file__).parents[1]
 BENCHMARKS = DOCS.parent / "benchmarks"
@@ -49,16 +50,11 @@ def section(path: Path) -> str:
 
 
 def studies() -> str:
-    """Return how many comparisons with published numbers agree, study by study."""
-    rows = []
-    for path in sorted((BENCHMARKS / "studies" / "results").glob("*.json")):
-        study = json.loads(path.read_text(encoding="utf-8"))
-        verdicts = [row["verdict"] for table in study["tables"] for row in table["rows"] if row["verdict"]]
-        agree = verdicts.count("agrees")
-        link = f"[{study['title']}](studies.md#{study['name']})"
-        rows.append(f"| {link} | {study['paper']} | {agree} of {len(verdicts)} |")
-    head = ["| study | paper | comparisons that agree |", "|---|---|---|"]
-    return "\n\n".join(["## The papers as studies", "\n".join([*head, *rows])])
+    """Return how many orderings and numbers agree with those published, study by study."""
+    paths = sorted((BENCHMARKS / "studies" / "results").glob("*.json"))
+    found = [load(path.stem) for path in paths]
+    table = counts(found, lambda study: f"[{study.title}](studies.md#{study.name})")
+    return "\n\n".join(["## The papers as studies", f"{headline(found)} agree.", "\n".join(table)])
 
 
 def others(written: list[str]) -> str:

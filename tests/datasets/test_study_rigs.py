@@ -36,11 +36,11 @@ def test_a_piston_that_creeps_pushes_the_leak_alone_and_a_quick_one_the_chains()
 def test_a_cycle_of_a_plug_loses_energy(current: float) -> None:
     phase = np.linspace(0.0, 4.0 * np.pi, 2001)
     position = 0.004 * np.sin(phase)[None, :]
-    plug = Plug(preyield.yield_force, preyield.post_yield, preyield.pre_yield)
-    force = plug.force(position, np.full((1, 1), current), np.array([1e-3]))[0]
+    rig = preyield.Rig()
+    force = rig.plug(current).force(position, np.zeros((1, 1)), np.array([1e-3]))[0]
     work = np.trapezoid(force[1000:], position[0, 1000:])
     # no less than the yield force over the stroke, less what the chains keep
-    assert work > 4.0 * 0.0035 * float(preyield.yield_force(np.array(current)))
+    assert work > 4.0 * 0.002 * rig.yield_force[round(current)]
 
 
 def test_the_yield_force_of_the_tracking_rig_meets_at_its_corner() -> None:
@@ -53,11 +53,19 @@ def test_the_field_of_the_tracking_rig_lags_a_step_by_its_time_constant() -> Non
     time = step * np.arange(2000)
     position = (0.02 * time)[None, :]
     command = np.where(time >= 0.5, 1.0, 0.0)[None, :]
-    force = force_tracking.plant(position, command, step)[0] - force_tracking.STIFFNESS * position[0]
-    field = -np.expm1(-force_tracking.LAG / force_tracking.LAG)
+    rig = force_tracking.Rig(coercive=0.0)
+    force = force_tracking.plant(position, command, step, rig)[0] - rig.stiffness * position[0]
+    field = -np.expm1(-1.0)
     rise = force_tracking.yield_force(np.array(field)) - force_tracking.yield_force(np.array(0.0))
-    risen = force[round((0.5 + force_tracking.LAG) / step)] - force[round(0.49 / step)]
+    risen = force[round((0.5 + rig.lag) / step)] - force[round(0.49 / step)]
     assert risen == pytest.approx(float(rise), rel=0.15)
+
+
+def test_the_field_of_the_tracking_rig_remembers_the_current_by_its_play() -> None:
+    rig = force_tracking.Rig(lag=0.0)
+    command = np.array([[0.0, 0.5, 1.0, 0.6, 0.0, 0.4]])
+    # it is the current while that rises for the first time, and twice the half-width above it on the way down
+    assert rig.field(command, 1e-3)[0] == pytest.approx([0.0, 0.5, 1.0, 0.66, 0.06, 0.4])
 
 
 def test_the_oil_of_the_heated_rig_thins_most_in_the_cold() -> None:
