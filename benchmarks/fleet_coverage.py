@@ -26,7 +26,7 @@ DRIFTS = ((0.0, 10), (0.005, 10), (0.01, 10), (0.015, 10), (0.02, 10), (0.025, 1
 TESTS, SHARE_BELOW = 5, 0.95
 HEAD = """# Fleets of units
 
-`python -m benchmarks.fleet_coverage --fleets {fleets} --nulls {nulls} > docs/benchmarks/fleet.md`
+`python -m benchmarks.fleet_coverage --fleets {fleets} --nulls {nulls} --seed {seed} > docs/benchmarks/fleet.md`
 
 Fleets of one parameter, {fleets} of each row. Known variances of the fits are shares of that between units; 0.1 to 1
 are tenfold apart within a fleet. `mean` and `sigma`: how often the 95 % intervals hold the truth. `95/95`: fleets whose
