@@ -27,7 +27,8 @@ COLOURS = (("white", 0.0), ("AR(1), 0.8", 0.8), ("AR(1), 0.95", 0.95))
 COMPARED = ("tanh", "hysteretic-biviscous", "dahl", "guo", "boucwen", "boucwen-flux")
 HEAD = """# Posterior of parameters
 
-`python -m benchmarks.posterior_calibration --fits {fits} --compared {compared} --seed {seed} > docs/benchmarks/posterior.md`
+`python -m benchmarks.posterior_calibration --fits {fits} --compared {compared} --seed {seed} \
+> docs/benchmarks/posterior.md`
 
 `{model}`, one sine of three cycles each, noise of 1 %, {fits} fits of each colour with parameters of their own.
 `uniform`: least probability over the parameters that ranks of the truth among the draws are uniform (Kolmogorov and
