@@ -5,7 +5,8 @@ Draws of χ² give draws of ω², and with them of μ: generalised pivotal quant
 exact where all c_i are equal. Intervals of the mean and of the standard deviation are quantiles over the draws.
 
 Few units do not show whether their tails are those of the normal law. Tolerance intervals take Student's t whose
-degrees of freedom are unknown (Lange, Little and Taylor 1989): draws of the posterior of degrees, scale and mean.
+degrees of freedom are unknown (Lange, Little and Taylor 1989): draws of the posterior of degrees, scale and mean. A
+value is a unit of that law and the normal error of its fit, which must not hide the tails.
 """
 
 import math
@@ -30,6 +31,8 @@ ODD_CANDIDATES = 2
 VARIANCE_GRID, LEAST_SHARE = 600, 1e-9
 TAIL_DEGREES, TAIL_PRIOR = np.array([3.0, 4.0, 6.0, 10.0, 1e6]), np.array([0.125, 0.125, 0.125, 0.125, 0.5])
 """Degrees of freedom of Student's t that units may follow, the last as good as normal, and their prior."""
+# Degrees from which on the law is taken as normal, and logarithms of g at which laws of fewer are summed
+NORMAL_FROM, MIXED_LOGARITHMS = 1e3, np.linspace(-14.0, 3.0, 52)
 # Scales of these laws, over the variance of the values, and steps to the mean at each
 TAIL_SCALES, REWEIGHTINGS = np.geomspace(1e-4, 1e2, 120), 8
 BISECTIONS = 26
@@ -86,9 +89,10 @@ class Population:
             mean = np.sum(weights * y, axis=2, keepdims=True) / weights.sum(axis=2, keepdims=True)
         nu = TAIL_DEGREES[:, None]
         precision = (nu + 1.0) / (nu + 3.0) * np.sum(1.0 / scales, axis=1)
-        logarithm = count * (gammaln((nu + 1.0) / 2.0) - gammaln(nu / 2.0) - 0.5 * np.log(nu)) - 0.5 * np.log(precision)
-        ratios = np.log1p((y - mean) ** 2 / (nu[:, :, None] * scales))
-        logarithm = logarithm - 0.5 * np.sum(np.log(scales) + (nu[:, :, None] + 1.0) * ratios, axis=2)
+        logarithm = np.stack(
+            [likelihood_of_sums(law, y - m, grid, self.variances) for law, m in zip(TAIL_DEGREES, mean, strict=True)]
+        )
+        logarithm = logarithm - 0.5 * np.log(precision)
         # Jeffreys' prior of the scale, 1/σ where the fits are exact
         prior = grid * np.sqrt(np.sum(scales**-2.0, axis=1))
         share = TAIL_PRIOR[:, None] * prior * np.exp(logarithm - logarithm.max())
@@ -141,6 +145,23 @@ class Population:
         """Return the probability that another unit lies as far from the mean, whatever the direction."""
         spread = np.sqrt(np.maximum(self.sigmas**2 + variance, 1e-300))
         return float(np.mean(2.0 * ndtr(-np.abs(value - self.means) / spread)))
+
+
+def likelihood_of_sums(degrees: float, off: Array, grid: Array, variances: Array) -> Array:
+    """Return the log-likelihood (G,) of values so far off a mean (G, N): Student's t of units, normal errors of fits.
+
+    Units are normal of variance σ²/g, g of a gamma law (Andrews and Mallows 1974); over ln g a sum is taken.
+    """
+    if degrees > NORMAL_FROM:
+        scales = grid[:, None] + variances
+        return np.asarray(-0.5 * np.sum(np.log(scales) + off**2 / scales, axis=1))
+    half, step = degrees / 2.0, MIXED_LOGARITHMS[1] - MIXED_LOGARITHMS[0]
+    shares = step * np.exp(half * (MIXED_LOGARITHMS - np.exp(MIXED_LOGARITHMS) + math.log(half)) - gammaln(half))
+    total = np.zeros(off.shape)
+    for g, share in zip(np.exp(MIXED_LOGARITHMS), shares, strict=True):
+        scales = grid[:, None] / g + variances
+        total += share * np.exp(-0.5 * off**2 / scales) / np.sqrt(scales)
+    return np.asarray(np.sum(np.log(np.maximum(total, 1e-300)), axis=1))
 
 
 def _reach(degrees: float, off: Array) -> Array:

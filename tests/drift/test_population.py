@@ -1,10 +1,12 @@
 """Intervals over units are the exact ones of normal samples where all units are known alike."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from mrfit.drift.population import TAIL_DEGREES, odd_units, population
+from mrfit.drift.population import TAIL_DEGREES, likelihood_of_sums, odd_units, population
 
 
 def test_it_gives_the_intervals_of_a_normal_sample() -> None:
@@ -48,6 +50,16 @@ def test_a_faulty_unit_stands_out_and_sound_ones_do_not() -> None:
     assert place == 7 and z > 5.0 and probability < 0.01
     # a value that its own fit explains is none
     assert odd_units(values, np.where(np.arange(20) == 7, 25.0, 0.01), 20) == []
+
+
+def test_a_unit_of_heavy_tails_and_a_normal_error_have_the_density_of_their_sum() -> None:
+    places, error = np.linspace(-80.0, 80.0, 160001), 0.7
+    for degrees in (3.0, 10.0):
+        for off in (0.0, 2.0, 30.0):
+            parts = stats.t.pdf(places, degrees, scale=1.5) * stats.norm.pdf(off - places, scale=error)
+            density = math.sqrt(2.0 * math.pi) * float(np.sum(parts)) * (places[1] - places[0])
+            found = likelihood_of_sums(degrees, np.array([[off]]), np.array([1.5**2]), np.array([error**2]))
+            assert found[0] == pytest.approx(math.log(density), abs=1e-6)
 
 
 def test_heavy_tails_are_seen_and_widen_ranges() -> None:
