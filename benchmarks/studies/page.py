@@ -187,8 +187,7 @@ class Study:
             ]
             return replace(row, rigs=[bool(o[at].agrees) for o in others if at in o], under=under)
 
-        tables = [replace(t, rows=[joined(t.source, r) for r in t.rows]) for t in self.tables]
-        return replace(self, tables=tables, rigs=list(rigs), checks=list(checks))
+        return self._joined(joined, list(rigs), list(checks))
 
     def with_outcomes_of(self, before: "Study") -> "Study":
         """Return the study with the rigs and checks of an earlier run of it."""
@@ -198,8 +197,11 @@ class Study:
             old = known.get((source, row.of))
             return replace(row, rigs=old.rigs, under=old.under) if old and old.agrees == row.agrees else row
 
+        return self._joined(joined, before.rigs, before.checks)
+
+    def _joined(self, joined: Callable[[str, Row], Row], rigs: list[str], checks: list[str]) -> "Study":
         tables = [replace(t, rows=[joined(t.source, r) for r in t.rows]) for t in self.tables]
-        return replace(self, tables=tables, rigs=before.rigs, checks=before.checks)
+        return replace(self, tables=tables, rigs=rigs, checks=checks)
 
 
 def _by_place(tables: Sequence[Table]) -> dict[tuple[str, str], Row]:

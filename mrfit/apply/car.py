@@ -183,27 +183,29 @@ def drive(
         If a lane leaves all bounds: the steps are too long for the damper's stiffest part.
     """
     total, done, rides = sum(timing.samples(road) for _, road in pairs), 0, []
-    # the loops are compiled and leave the interpreter's lock to each other
-    for ride in in_order(lambda pair: _ride(stepper, car, pair, timing, amplifier), pairs, CORES):
+
+    def ride_of(begun: tuple[tuple[Control, Road], Setup, Way]) -> Ride:
+        pair, setup, way = begun
+        samples = timing.samples(pair[1])
+        for first in range(0, samples, _BLOCK):
+            left = driven(setup, way, first, min(first + _BLOCK, samples), samples)
+            if left >= 0:
+                raise DataError(
+                    f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
+                    f"with steps of {timing.sample / timing.steps:g} s: take shorter ones (--steps)"
+                )
+            give_up()
+        time = np.arange(setup.course.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
+        return Ride(*pair, time, *setup.course)
+
+    # set up one after the other, so that a road's course is computed once; the loops are compiled and leave the
+    # interpreter's lock to each other
+    begun = ((pair, *setup_of(stepper, car, pair, timing, amplifier)) for pair in pairs)
+    for ride in in_order(ride_of, begun, CORES):
         rides.append(ride)
         done += timing.samples(ride.road)
         progress(f"ride of {stepper.damper.name}", done, total)
     return rides
-
-
-def _ride(stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None) -> Ride:
-    setup, way = setup_of(stepper, car, pair, timing, amplifier)
-    samples = timing.samples(pair[1])
-    for first in range(0, samples, _BLOCK):
-        left = driven(setup, way, first, min(first + _BLOCK, samples), samples)
-        if left >= 0:
-            raise DataError(
-                f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
-                f"with steps of {timing.sample / timing.steps:g} s: take shorter ones (--steps)"
-            )
-        give_up()
-    time = np.arange(setup.course.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
-    return Ride(*pair, time, *setup.course)
 
 
 def desired(control: Control, v: float, body: float, wheel: float) -> float:

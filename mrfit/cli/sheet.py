@@ -12,13 +12,12 @@ from mrfit.cli.options import CommandAnswer, Only, options
 from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
+from mrfit.settings.shared import READ_BY_PROCESSES
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.sheet import SheetFile
     from mrfit.report.sections import Table
 
-FILES_FOR_PROCESSES = 64
-"""Files from which on processes, which read and measure them, begin at once."""
 SHEET_FOLDER = Path("mrfit-sheet")
 UNITS_LISTED, ROWS_LISTED, CONDITIONS_IN_FULL = 6, 24, 2
 """Units and rows that the terminal lists, and conditions of which it shows every quantity; all are in the files."""
@@ -42,14 +41,15 @@ def sheet(
 
     Example: mrfit measure sheet datasets/damper-sines --limits datasets/limits/damper.toml
     """
-    if sum(1 for path in logs for _ in (path.rglob("*") if path.is_dir() else (path,))) >= FILES_FOR_PROCESSES:
+    if sum(1 for path in logs for _ in (path.rglob("*") if path.is_dir() else (path,))) >= READ_BY_PROCESSES:
         from mrfit.core.executors.processes import begin
+        from mrfit.report.svg import import_matplotlib
 
         begin(settings.jobs, ["mrfit.ingest.elsewhere", "mrfit.sheet.measured"])
-    from mrfit.report.svg import import_matplotlib
+        # what the page needs, while the processes import what they need
+        import_matplotlib()
     from mrfit.sheet.write import write
 
-    import_matplotlib()
     recordings = read_logs(logs, reading.map, reading.pattern, settings.jobs)
     others = read_logs(against, reading.map, reading.pattern, settings.jobs) if against else []
     return CommandAnswer(write(recordings, settings, others, out, pdf, progress), show)

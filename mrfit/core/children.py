@@ -75,7 +75,6 @@ class Pool(ProcessPoolExecutor):
         import multiprocessing
 
         context: Any = multiprocessing.get_context(START)
-        context.set_forkserver_preload(list(modules))
         ours: Any = multiprocessing.current_process()
         if ours._config.get("tempdir") is None:
             # where its sockets lie, whose paths are short: a folder of its own would stay when this process is killed
@@ -85,6 +84,7 @@ class Pool(ProcessPoolExecutor):
             if START == "forkserver":
                 from multiprocessing import forkserver
 
+                context.set_forkserver_preload(list(modules))
                 forkserver.ensure_running()
             self.told = context.SimpleQueue()
             self.ending, self.open = context.Pipe(duplex=False)

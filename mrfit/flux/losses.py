@@ -259,10 +259,10 @@ def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list
     resistances
         Resistance used for each recording, in Ω.
     """
-    separations: list[Separation] = []
     grouped = groups(loops)
     if _of_uneven_amplitudes(loops, grouped):
         return losses_over_current(loops, resistances).separations()
+    separations: list[Separation] = []
     for group in grouped:
         mean = float(np.mean([loop.amplitude for loop in group]))
         scale = np.array([(mean / loop.amplitude) ** 2 for loop in group])

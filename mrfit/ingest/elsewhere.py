@@ -19,9 +19,7 @@ from mrfit.core.workers import in_order
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, read_item
 from mrfit.ingest.refusal import Refusal
-
-READ_BY_PROCESSES = 64
-"""Logs from which on processes save more time than their start takes; threads read few short ones at once."""
+from mrfit.settings.shared import READ_BY_PROCESSES
 
 
 @dataclass(frozen=True, slots=True)

@@ -400,13 +400,13 @@ class Cycles:
 
     def pooled(self, up: bool, every: slice = slice(None)) -> BranchMean:
         """Return force over place of the branches of some cycles together."""
-        key = up, every.start, every.step
+        key = up, every.indices(self.count)
         if key not in self._pooled:
             self._pooled[key] = self._pool(up, every)
         return self._pooled[key]
 
     @cached_property
-    def _pooled(self) -> dict[tuple[bool, int | None, int | None], BranchMean]:
+    def _pooled(self) -> dict[tuple[bool, tuple[int, int, int]], BranchMean]:
         return {}
 
     def _pool(self, up: bool, every: slice) -> BranchMean:

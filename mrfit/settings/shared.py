@@ -7,6 +7,8 @@ from mrfit.core.setting import Setting
 from mrfit.settings.forms import NUMBERS, OHMS, ORDER_FORM, Pairs
 
 CORES = os.cpu_count() or 1
+READ_BY_PROCESSES = 64
+"""Logs from which on processes save more time than their start takes; threads read few short ones at once."""
 
 Jobs = Annotated[
     int,

@@ -87,9 +87,11 @@ def draw_loops(axes: "Axes", loops: Sequence[MeanLoop], against: Sequence[MeanLo
     if over == "velocity" and axes.get_legend_handles_labels()[0]:
         # where no curve is: a damper's force has the sign of the velocity
         handles, words = axes.get_legend_handles_labels()
-        ordered = sorted(zip(words, handles, strict=True), key=lambda one: natural(one[0]))
+        # two currents may be one in three digits
+        named = dict(zip(words, handles, strict=True))
+        ordered = sorted(named, key=natural)
         axes.legend(
-            [line for _, line in ordered], [text for text, _ in ordered],
+            [named[text] for text in ordered], ordered,
             fontsize=7, loc="upper left", handlelength=1.2, labelspacing=0.25,
         )  # fmt: skip
 
