@@ -137,7 +137,8 @@ def _rises_evenly(head: Head, grid: TextGrid, column: int) -> bool:
 def read_grid(source: Source, grid: TextGrid, header: Header, data: Text | None = None) -> Table:
     """Return the table of a text log whose layout and header are known; ``data`` is its text where it was rewritten."""
     head = source.head
-    kinds = _kinds(head, grid)
+    rows = _sample_rows(head, grid)
+    kinds = _kinds(rows, grid)
     form = long_format(header, kinds)
     sorting = form.texts if form else ()
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
@@ -165,7 +166,7 @@ def read_grid(source: Source, grid: TextGrid, header: Header, data: Text | None 
         table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], source)
     if form:
         table, kinds = sorted_out(table, form, body.texts, source), ["number"] * grid.width
-    sparse, rate = _sparse(head, grid, header, kinds)
+    sparse, rate = _sparse(rows, header, kinds)
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
     table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
@@ -178,10 +179,9 @@ def _sample_rows(head: Head, grid: TextGrid) -> list[list[str]]:
     return [r + [""] * (grid.width - len(r)) for r in rows if abs(len(r) - grid.width) <= 1]
 
 
-def _kinds(head: Head, grid: TextGrid) -> list[str]:
+def _kinds(rows: list[list[str]], grid: TextGrid) -> list[str]:
     """Return for every column what its fields are: number, stamp, text, sparse or empty."""
     number = number_pattern(grid.decimal)
-    rows = _sample_rows(head, grid)
     kinds = []
     for k in range(grid.width):
         filled = [r[k] for r in rows if r[k] not in EMPTY_FIELDS]
@@ -249,11 +249,10 @@ def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: 
     return replace(table, time=Column(name, "s", np.asarray(seconds, dtype=np.float64), index))
 
 
-def _sparse(head: Head, grid: TextGrid, header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:
+def _sparse(rows: list[list[str]], header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:
     """Name the columns that are no channels, and take the sample rate where one of them holds it."""
     findings: list[Finding] = []
     rate = None
-    rows = _sample_rows(head, grid)
     for k, kind in enumerate(kinds):
         name = header.names[k]
         if kind in ("number", "stamp") or not name:

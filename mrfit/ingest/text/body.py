@@ -272,7 +272,10 @@ def split(line: str, delimiter: str) -> list[str]:
         except csv.Error:
             fields = line.split(delimiter)
     else:
+        line = line.strip("\r\n")
         fields = line.split(delimiter)
+        if " " not in line and "\t" not in line and "\r" not in line:
+            return fields
     return [f.strip(" \t\r\n") for f in fields]
 
 

@@ -71,8 +71,8 @@ def find_grid(head: Head, start: int = 0) -> TextGrid:
         if delimiter in absent[1:]:
             continue  # these part no line, as the first of them
         for decimal in (".", ","):
-            if decimal == delimiter:
-                continue
+            if decimal == delimiter or decimal not in text and decimal == ",":
+                continue  # without any comma, points read all that commas read
             score, width = _score(lines, delimiter, decimal)
             if score > best_score:
                 best, best_score = (delimiter, decimal, width), score

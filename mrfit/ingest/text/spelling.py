@@ -16,12 +16,15 @@ from mrfit.ingest.text.textlog import text_of
 
 MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
+FORTRAN_MARK = re.compile(r"[dD][+-]?\d")
+"""What each of these holds, which is found sooner."""
 SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 """Marks that part thousands and nothing else."""
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
-SPELLING_LINES = 400
+SPELLING_LINES, REFUTING_LINES = 400, 20
 TAIL = 16384
-"""Lines at the beginning, and bytes at the end, by which it is seen how numbers are spelt."""
+"""Lines at the beginning by which it is seen how numbers are spelt, few of them by which most marks are refuted, and
+bytes at the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +57,7 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
     together = "\n".join(sample)
     if MINUS.search(together):
         changes.append(lambda text: MINUS.sub("-", text))
-    if FORTRAN.search(together):
+    if FORTRAN_MARK.search(together) and FORTRAN.search(together):
         changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
     for thousands in _thousands(sample):
         changes.append(thousands.without)
@@ -91,9 +94,15 @@ def _last_lines(head: Head) -> list[str]:
 
 def _thousands(lines: Sequence[str]) -> list[Thousands]:
     """Return the marks that part thousands, at most one of points and commas."""
+    text = "\n".join(lines)
+    some = lines[:: 1 + len(lines) // REFUTING_LINES]
+    before_three = [m for m in (*SPACES, ".", ",") if re.search(rf"{re.escape(m)}\d{{3}}(?!\d)", text)]
     for delimiter in ("\t", ";", "|", ","):
-        rows = [split(line, delimiter) for line in lines if delimiter in line]
-        rows = [r for r in rows if any(r) and all(map(SPELT.fullmatch, r))]
+        marks = [m for m in before_three if m != delimiter or '"' in text]
+        few = _rows_of_numbers(some, delimiter)
+        if 2 * len(few) > len(some) and all(_parts_others(few, Thousands(m, "[.,]", delimiter)) for m in marks):
+            return []
+        rows = _rows_of_numbers(lines, delimiter)
         if len(rows) < 3 or 2 * len(rows) < sum(bool(line.strip()) for line in lines):
             continue
         width = max(len(r) for r in rows)
@@ -103,6 +112,18 @@ def _thousands(lines: Sequence[str]) -> list[Thousands]:
         spaces = [Thousands(m, "[.,]", delimiter) for m in SPACES if m in written]
         return [t for t in spaces if _all_grouped(fields, t)] + _marked(columns, fields, delimiter)
     return []
+
+
+def _rows_of_numbers(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    """Return the fields of lines that hold numbers alone, however they are spelt."""
+    rows = [split(line, delimiter) for line in lines if delimiter in line]
+    return [r for r in rows if any(r) and all(map(SPELT.fullmatch, r))]
+
+
+def _parts_others(rows: list[list[str]], thousands: Thousands) -> bool:
+    """Whether a mark stands in a number of some rows where it parts no thousands."""
+    pattern = thousands.pattern()
+    return any(thousands.mark in f and not pattern.fullmatch(f) for row in rows for f in row)
 
 
 def _all_grouped(fields: list[str], thousands: Thousands) -> bool:
