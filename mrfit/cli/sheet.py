@@ -43,11 +43,8 @@ def sheet(
     """
     if sum(1 for path in logs for _ in (path.rglob("*") if path.is_dir() else (path,))) >= READ_BY_PROCESSES:
         from mrfit.core.executors.processes import begin
-        from mrfit.report.svg import import_matplotlib
 
-        begin(settings.jobs, ["mrfit.ingest.elsewhere", "mrfit.sheet.measured"])
-        # what the page needs, while the processes import what they need
-        import_matplotlib()
+        begin(settings.jobs, ["mrfit.ingest.elsewhere", "mrfit.sheet.page"])
     from mrfit.sheet.write import write
 
     recordings = read_logs(logs, reading.map, reading.pattern, settings.jobs)

@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.io.csv_table import csv_table
@@ -12,6 +13,7 @@ from mrfit.io.schemas.sheet import QuantityRow, SheetFile, VerdictRow
 from mrfit.io.workspace import checked, write_json, write_text
 from mrfit.settings.sheet import Settings
 from mrfit.sheet.compute import SheetContent, sheet_of
+from mrfit.sheet.measured import LOGS_FOR_PROCESSES
 
 Row = dict[str, str | float | None]
 CONDITION_COLUMNS = {
@@ -49,18 +51,21 @@ def write(
     progress: Progress = silent,
 ) -> SheetFile:
     """Compute the sheet of recordings, write its files into a folder, and return it with their names."""
-    return written(sheet_of(recordings, settings, against, progress), folder, pdf, progress)
+    jobs = settings.jobs if len(recordings) >= LOGS_FOR_PROCESSES else 1
+    return written(sheet_of(recordings, settings, against, progress), folder, pdf, progress, jobs)
 
 
-def written(sheet: SheetContent, folder: Path, pdf: bool = False, progress: Progress = silent) -> SheetFile:
-    """Write the files of a sheet into a folder, and return it with their names."""
-    from mrfit.sheet import page, print_page
+def written(
+    sheet: SheetContent, folder: Path, pdf: bool = False, progress: Progress = silent, jobs: int = 1
+) -> SheetFile:
+    """Write the files of a sheet into a folder, by so many processes, and return it with their names."""
+    from mrfit.sheet import print_page
 
     file = checked(sheet.file)
+    sheet = replace(sheet, file=file)
     files = [folder / name for name in ("sheet.html", "sheet.csv", "sheet.json")]
-    write_text(files[0], page.render(sheet))
-    write_text(files[1], csv_table(SHEET_COLUMNS, table_rows(file)))
-    write_json(files[2], file)
+    for _ in in_processes(_write_one, [SheetPart(sheet, path) for path in files], jobs, silent):
+        pass
     if pdf:
         for number, unit in enumerate(file.units, 1):
             name = re.sub(r"[^\w.-]+", "_", unit.unit).strip("._") or f"unit{number}"
@@ -68,6 +73,25 @@ def written(sheet: SheetContent, folder: Path, pdf: bool = False, progress: Prog
             print_page.write(files[-1], sheet, unit)
             progress("pages", number, len(file.units))
     return replace(file, files=[str(path) for path in files])
+
+
+@dataclass(frozen=True)
+class SheetPart:
+    """A sheet, and one of the files that it is written into."""
+
+    sheet: SheetContent
+    path: Path
+
+
+def _write_one(part: SheetPart, progress: Progress) -> None:
+    from mrfit.sheet import page
+
+    if part.path.suffix == ".html":
+        write_text(part.path, page.render(part.sheet))
+    elif part.path.suffix == ".csv":
+        write_text(part.path, csv_table(SHEET_COLUMNS, table_rows(part.sheet.file)))
+    else:
+        write_json(part.path, part.sheet.file)
 
 
 def table_rows(file: SheetFile) -> list[Row]:

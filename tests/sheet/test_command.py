@@ -10,6 +10,7 @@ import pytest
 import mrfit
 from datasets.rig.closed_forms import Rig
 from mrfit.sheet import measured
+from mrfit.sheet.write import written
 from tests.conftest import ROOT, Run
 
 LOGS = ROOT / "datasets" / "damper-sines"
@@ -52,7 +53,12 @@ def test_processes_change_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     logs = mrfit.read([log(tmp_path / f"{k}.csv", Rig("gas", 2.0, 200.0, noise=0.005, seed=k)) for k in range(3)])
     alone = mrfit.sheet(logs, unit_from="{unit}.csv").table
     monkeypatch.setattr(measured, "LOGS_FOR_PROCESSES", 2)
-    assert mrfit.sheet(logs, unit_from="{unit}.csv", jobs=2).table.equals(alone)
+    found = mrfit.sheet(logs, unit_from="{unit}.csv", jobs=2)
+    assert found.table.equals(alone)
+    for jobs in (1, 2):
+        written(found.computed, tmp_path / str(jobs), jobs=jobs)
+    for name in ("sheet.html", "sheet.csv", "sheet.json"):
+        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
 
 
 def test_conditions_of_one_unit_do_not_stand_out(tmp_path: Path) -> None:
