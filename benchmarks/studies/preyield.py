@@ -15,7 +15,7 @@ from benchmarks.studies.figures import Curve, Panel, draw
 from benchmarks.studies.page import Row, Rule, Study, Table, claim, compare, within
 from benchmarks.studies.runs import Place, fit_file, parameters, pipeline, published, value
 from datasets.studies.preyield import AMPLITUDES, SLOW, SLOW_FREQUENCY, Rig
-from mrfit.apply.car import Car, Control, Timing, drive, rms
+from mrfit.apply.car import Car, Control, Timing, drive
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.roads import Bump
 from mrfit.apply.stepper import Stepper
@@ -187,7 +187,7 @@ def ride_table(dampers: Dampers, step: float = STEP) -> Table:
     """Return Tables 3-4: rms of the sprung acceleration under on-off skyhook."""
     car, timing = Car(500.0, 0.0, 78e3), Timing(step, 1)
     rides = {
-        key: rms(drive(Stepper(d), car, [(Control("skyhook-on-off"), Bump())], timing)[0].acceleration)
+        key: drive(Stepper(d), car, [(Control("skyhook-on-off"), Bump())], timing)[0].rms_acceleration()
         for key, d in dampers.items()
     }
     rows = []
@@ -284,8 +284,10 @@ def core(place: Place) -> list[Table]:
 
 
 def printed_rides(place: Place) -> list[Table]:
-    """Return the ride by the published parameters of six models."""
-    return [ride_table({(m, f): ride_damper(m, f) for m, f in product(RIDE_PARAMETERS, FITS)})]
+    """Return the ride by the published parameters of six models, of biviscous by eq. 3 as it is printed."""
+    printed = "biviscous-printed"
+    own = {"biviscous" if m == printed else m: m for m in RIDE_PARAMETERS if m != "biviscous"}
+    return [ride_table({(m, f): ride_damper(own[m], f) for m, f in product(own, FITS)})]
 
 
 def finer_rides(place: Place) -> list[Table]:
@@ -299,7 +301,7 @@ QUICK = Rig(currents=(0.0, 1.0), per_cycle=200)
 RIGS = {f"gas spring, noise and number of chains of draw {k}": QUICK.drawn(k) for k in (1, 2)}
 CHECKS = {
     "the plug's viscosity does not thin with speed": replace(QUICK, thinning=(1e3, 1e3)),
-    "rides by the published parameters, not by the study's fits": printed_rides,
+    "rides by the published parameters, of biviscous by eq. 3 as printed, not by the study's fits": printed_rides,
     "rides at a step of 0.1 ms, not 0.4 ms": finer_rides,
 }
 
