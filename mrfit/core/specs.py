@@ -407,6 +407,8 @@ class OptimizerSpec:
     kind
         ``global`` searches the whole cube, ``local`` refines from the objective's best point, ``start`` takes what the
         data give as it is and can only begin a chain.
+    reads
+        Source of a start: characteristic points of the ``loops``, or means of fits to the ``conditions``.
     budget
         Evaluations (simulated parameter vectors) it asks for when the user names none, as a function of the dimension
         and its options.
@@ -427,6 +429,7 @@ class OptimizerSpec:
     options: tuple[Option, ...] = ()
     coordinates: Literal["cube", "parameters"] = "cube"
     ends: bool = False
+    reads: Literal["loops", "conditions"] = "loops"
 
     @property
     def defaults(self) -> dict[str, float]:

@@ -12,6 +12,7 @@ from mrfit.core.executors.order import is_apart, spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
+from mrfit.errors import ConfigError
 from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.remainders import borrowed
@@ -38,6 +39,7 @@ from mrfit.search.starts import (
     at_scales,
     beside_effects,
     characteristic_points,
+    condition_means,
     data_starts,
     level_fits,
     to_points,
@@ -250,8 +252,9 @@ def _cube(assembly: Assembly, settings: Settings) -> Cube:
 
 def _no_search_warnings(strategy: strategies.Strategy, name: str) -> list[Caution]:
     """Return the warning that a fit by a strategy, written so, did not search; none where it did."""
-    text = f"the parameters are read off characteristic points; intervals are those of a fit that ends here: {name}-lsq"
-    return [] if strategy.searches else [Caution(kind="no-search", text=f"{text} searches on from them")]
+    read = "means over the conditions of each current" if strategy.from_means else "read off characteristic points"
+    text = f"the parameters are {read}; intervals are those of a fit that ends here: {name}-lsq searches on from them"
+    return [] if strategy.searches else [Caution(kind="no-search", text=text)]
 
 
 def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[Segment]]:
@@ -396,6 +399,8 @@ class _Runner:
         if search.strategy.from_points:
             return characteristic_points(cube, group.training, base, dependence, given), None
         starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
+        if search.strategy.from_means:
+            starts = []
         said = [*given, *(n for n, _ in settings.fixed)]
 
         def points() -> Array:
@@ -403,15 +408,18 @@ class _Runner:
             return to_points(cube, [*starts, *others])
 
         if dependence is None:
+            if search.strategy.from_means:
+                raise ConfigError("--opt means: no parameter depends on current; --current-order says which do, as k=1")
             return points(), None
-        choice = self.prepared.choice
-        if choice:
+        choice, by_itself = self.prepared.choice, search.strategy.from_means
+        if choice and not by_itself:
             levels = choice.fits
             starts += [] if choice.by_role else [choice.start(base, dependence)]
         else:
             weights = weights_of(group.search, group.training_floors, settings.weight)
             single = at_scales(base_cube(settings), group.training, base)
-            levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
+            first_phase = condition_means if by_itself else level_fits
+            levels = first_phase(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
         starts.append(two_phase_start(levels, base, dependence))
         rows: list[dict[str, float | None]] = [
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}

@@ -75,7 +75,30 @@ class OptimizerChain(Strategy):
     @property
     def from_points(self) -> bool:
         """Whether it begins where the characteristic points of the data are, and nowhere else."""
-        return _spec(parts(self.name)[0]).kind == "start"
+        first = _spec(parts(self.name)[0])
+        return first.kind == "start" and first.reads == "loops"
+
+    @property
+    def from_means(self) -> bool:
+        """Whether it begins at the means of fits to the conditions of each current, and nowhere else."""
+        first = _spec(parts(self.name)[0])
+        return first.kind == "start" and first.reads == "conditions"
+
+    @property
+    def begins_with(self) -> str:
+        """The name of what it begins with instead of the start that it is given; empty where it begins there."""
+        return "fits of the conditions" if self.from_means else ""
+
+    def check(self, model: str, per: str) -> None:
+        """Refuse means over conditions where conditions are fitted one by one.
+
+        Raises
+        ------
+        ConfigError
+            If they are.
+        """
+        if self.from_means and per != "all":
+            raise ConfigError(f"--opt {self.name} takes means over the conditions of each current: add --per all")
 
     @property
     def searches(self) -> bool:

@@ -19,6 +19,7 @@ from mrfit.errors import ConfigError
 from mrfit.io.schemas.fit import Caution, SearchStage
 from mrfit.optimizers import lsq
 from mrfit.search.chain import Given, OptimizerChain
+from mrfit.search.coarse_to_fine import thinned
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits, SearchContext, no_progress, own_generator, seconds_left
 from mrfit.search.problem import LeastSquaresProblem, Problem, SegmentBlock, measured
@@ -222,6 +223,8 @@ def _fitted(
     part = LeastSquaresProblem(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
     budget = STAGE_EVALUATIONS * (len(free) + 1)
     how = SearchContext(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), no_progress)
-    ended = OptimizerChain("multistart").search(part, part.cube.start[None, :], how)
+    # many descents on fewer samples, the last one on all
+    near = OptimizerChain("multistart").search(replace(part, blocks=thinned(blocks)), part.cube.start[None, :], how)
+    ended = OptimizerChain("lsq").search(part, near.point[None, :], how)
     found: Array = part.cube.to_theta(ended.point[None, :])[0]
     return found, ended

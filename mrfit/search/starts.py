@@ -208,6 +208,33 @@ def level_fits(
     return fits[::-1]
 
 
+def condition_means(
+    blocks: Sequence[SegmentBlock],
+    base: Assembly,
+    cube: Cube,
+    weights: Array,
+    rng: np.random.Generator,
+    deadline: float | None = None,
+) -> list[LevelFit]:
+    """Fit the base model to every condition by itself, and return the mean of its parameters at every current.
+
+    Parameters are as in ``level_fits``; the cost is the mean of the conditions'.
+    """
+    levels = levels_of(b.segment for b in blocks)
+    found: dict[float, list[LevelFit]] = {level: [] for level in levels}
+    for condition in dict.fromkeys(b.segment.condition for b in blocks):
+        members = [k for k, b in enumerate(blocks) if b.segment.condition == condition]
+        level = level_of(blocks[members[0]].segment, levels)
+        found.setdefault(level, []).extend(
+            level_fits([blocks[k] for k in members], base, cube, weights[members], rng, deadline)
+        )
+    return [
+        LevelFit(level, float(np.mean([f.cost for f in fits])), np.mean([f.theta for f in fits], axis=0))
+        for level, fits in found.items()
+        if fits
+    ]
+
+
 def descended(residuals: Callable[[Array], Array], point: Array, allowed: int) -> Array:
     """Return the best point (F,) of the cube after damped Gauss-Newton steps from a point, in so many simulations."""
     objective = Objective(residuals, point, allowed, starts=point[None, :])

@@ -20,6 +20,11 @@ class Strategy(Protocol):
         """Whether it begins where the characteristic points of the data are, and nowhere else."""
 
     @property
+    def from_means(self) -> bool:
+        """Whether it begins at the means over conditions of each current, and nowhere else."""
+        return False
+
+    @property
     def begins_with(self) -> str:
         """What it begins with instead of the start that it is given, in words; empty where it begins there."""
         return ""

@@ -74,6 +74,7 @@ def test_every_strategy_and_optimizer_describes_itself() -> None:
 def test_only_starts_are_read_off_the_data_and_only_some_strategies_use_several() -> None:
     assert [n for n in specs() if find(n).from_points] == ["points"]
     assert find("points-lsq").from_points and not find("pso-lsq").from_points
+    assert [n for n in specs() if find(n).from_means] == ["means"] and find("means-lsq").from_means
     assert [n for n in specs() if find(n).many_starts] == ["auto"]
 
 
@@ -126,8 +127,9 @@ def test_a_comparison_with_a_name_is_seen_and_nothing_else(code: str, seen: bool
 
 
 def test_strategies_say_what_they_begin_with_and_whether_they_search() -> None:
-    assert {n for n in specs() if not find(n).searches} == {"points"} and find("points-lsq").searches
+    assert {n for n in specs() if not find(n).searches} == {"means", "points"} and find("points-lsq").searches
     assert {n: find(n).begins_with for n in (*specs(), "staged-lsq") if find(n).begins_with} == {
+        "means": "fits of the conditions",
         "staged": "stages",
         "staged-lsq": "stages",
     }
