@@ -15,12 +15,12 @@ from scipy import stats
 
 import mrfit
 from mrfit.core.specs import Array
-from mrfit.drift.population import odd_units, population
+from mrfit.drift.population import TAIL_DEGREES, TAIL_PRIOR, odd_units, population
 from tests.drift.fleets import MEANS, fleet
 
 MEAN, SIGMA, FAULT, BETWEEN = 2.0, 0.1, 6.0, 0.05
 UNITS = (5, 10, 30, 50)
-LAWS = ("normal", "t, 4 degrees", "one faulty")
+LAWS = ("normal", "t, 4 degrees", "one faulty", "laws of the prior")
 SPREADS = ((0.01, 0.01), (0.1, 1.0))
 DRIFTS = ((0.0, 10), (0.005, 10), (0.01, 10), (0.015, 10), (0.02, 10), (0.025, 10), (0.03, 10), (0.02, 20), (0.02, 40))
 TESTS, SHARE_BELOW = 5, 0.95
@@ -36,24 +36,30 @@ of the sound units' own sample variance, without errors of fits, which has no bi
 Units that stand out take no part in mean, sigma and variance: the estimate is that of the others. `first`: the faulty
 unit, 6 standard deviations off, has the greatest studentised residual; `named`: it is said to stand out.
 `false`: sound units that are said to stand out. Levels and numbers of candidates were chosen on other seeds.
+`laws of the prior`: half of the fleets are normal, the others Student's t of 3, 4, 6 or 10 degrees, as the tolerance
+interval takes it before it sees any unit. `first three laws`: every fleet of the three laws above it.
 """
 
 
-def drawn(rng: np.random.Generator, law: str, units: int, spread: tuple[float, float]) -> tuple[Array, Array, float]:
-    """Return values of units, their known variances, and the sample variance of sound units in that of their law."""
-    own = rng.standard_t(4, units) / np.sqrt(2.0) if law.startswith("t,") else rng.standard_normal(units)
+def degrees_of(law: str, rng: np.random.Generator) -> float:
+    """Return the degrees of freedom of Student's t that a fleet's units follow; the greatest is as good as normal."""
+    if law == "laws of the prior":
+        return float(rng.choice(TAIL_DEGREES, p=TAIL_PRIOR))
+    return 4.0 if law.startswith("t,") else float(TAIL_DEGREES[-1])
+
+
+def drawn(rng: np.random.Generator, degrees: float, units: int, spread: tuple[float, float]) -> tuple[Array, ...]:
+    """Return units off their mean in standard deviations of their law, and known variances and errors of their fits."""
+    own = rng.standard_t(degrees, units) * np.sqrt(1.0 - 2.0 / degrees)
     low, high = np.log10(spread).tolist()
     variances = SIGMA**2 * 10.0 ** rng.uniform(low, high, units)
-    sample = float(np.var(own, ddof=1))
-    own[0] += FAULT * (law == "one faulty")
-    return MEAN + SIGMA * own + np.sqrt(variances) * rng.standard_normal(units), variances, sample
+    return own, variances, np.sqrt(variances) * rng.standard_normal(units)
 
 
-def content(law: str, low: float, high: float) -> float:
+def content(degrees: float, low: float, high: float) -> float:
     """Return the share of sound units in an interval."""
     ends = (np.array([low, high]) - MEAN) / SIGMA
-    shares = stats.t.cdf(np.sqrt(2.0) * ends, 4) if law.startswith("t,") else stats.norm.cdf(ends)
-    return float(np.diff(shares)[0])
+    return float(np.diff(stats.t.cdf(ends / np.sqrt(1.0 - 2.0 / degrees), degrees))[0])
 
 
 def farthest(values: Array, variances: Array) -> int:
@@ -69,26 +75,33 @@ def coverage(fleets: int, seed: int) -> Iterator[str]:
     shown = ("mean (%)", "sigma (%)", "95/95 (%)", "variance", "sample", "first (%)", "named (%)", "false (%)")
     yield f"| law | c/ω² | units | {' | '.join(shown)} |"
     yield "|---|---|---|---|---|---|---|---|---|---|---|"
-    row = 0
+    found: dict[tuple[str, tuple[float, float], int], Array] = {}
     for law in LAWS:
         for spread in SPREADS:
-            every = []
             for units in UNITS:
-                every.append(np.array([judged(law, spread, units, seed + 1000 * row + k) for k in range(fleets)]))
-                yield shares_of(law, spread, units, every[-1])
-                row += 1
-            yield shares_of(law, spread, "all", np.vstack(every))
+                first = seed + 1000 * len(found)
+                found[law, spread, units] = np.array([judged(law, spread, units, first + k) for k in range(fleets)])
+                yield shares_of(law, spread, units, found[law, spread, units])
+            yield shares_of(law, spread, "all", np.vstack([found[law, spread, units] for units in UNITS]))
+    for number in (*UNITS, "all"):
+        some = [rows for (law, _, units), rows in found.items() if law != LAWS[-1] and number in (units, "all")]
+        yield shares_of("first three laws", (SPREADS[0][0], SPREADS[1][1]), number, np.vstack(some))
 
 
 def judged(law: str, spread: tuple[float, float], units: int, seed: int) -> tuple[float, ...]:
     """Return of one fleet what its intervals hold, the ratio of variances, and what is said of units."""
-    values, variances, sample = drawn(np.random.default_rng(seed), law, units, spread)
+    rng = np.random.default_rng(seed)
+    degrees = degrees_of(law, rng)
+    own, variances, errors = drawn(rng, degrees, units, spread)
+    sample = float(np.var(own, ddof=1))
+    own[0] += FAULT * (law == "one faulty")
+    values = MEAN + SIGMA * own + errors
     odd = [place for place, _, _ in odd_units(values, variances, units)]
     found = population(values, variances, odd)
     low, high = found.mean_interval
     least, most = found.sigma_interval
     faulty = law == "one faulty"
-    held = (low <= MEAN <= high, least <= SIGMA <= most, content(law, *found.tolerance) >= 0.95)
+    held = (low <= MEAN <= high, least <= SIGMA <= most, content(degrees, *found.tolerance) >= 0.95)
     named = (faulty and farthest(values, variances) == 0, 0 in odd, len(set(odd) - ({0} if faulty else set())) / units)
     return (*held, found.variance / SIGMA**2, sample, *named)
 
