@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.special import erfinv
 
 import mrfit
 from benchmarks.command import run_mrfit
@@ -134,7 +135,7 @@ def line_table(place: Place) -> Table:
 
 
 def general_words(place: Place) -> Table:
-    """Return what section 5.3 says of the generalised model."""
+    """Return what sections 3 and 5.3 say of the shape of the loop and of the generalised model."""
     stiff = lines(place)["k"]["means"]
     rise = stiff[0] + 2.0 * stiff[1], stiff[0] + 0.5 * stiff[1]
     relative = errors(fit_file(place.work, "general"), "relative_rmse")["all"]
@@ -154,9 +155,30 @@ def general_words(place: Place) -> Table:
             "number",
             "one-sided: relative RMSE below 15 %",
         ),
+        shapes(),
         geometry(place),
     ]
     return Table("What section 5.3 says", "section 5.3", "of", [], rows)
+
+
+def shapes() -> Row:
+    """Return what Fig. 6 says of S-shaped functions: each of slope 1 at the origin, where it is 90 % of its end."""
+    at = {
+        "error function": 2.0 * erfinv(0.9) / np.sqrt(np.pi),
+        "tanh": np.arctanh(0.9),
+        "x/√(1 + x²)": 0.9 / np.sqrt(1.0 - 0.9**2),
+        "arctangent": 2.0 * np.tan(np.pi * 0.9 / 2.0) / np.pi,
+        "x/(1 + |x|)": 9.0,
+    }
+    first, *others = at
+    shown = ", ".join(f"{name} {x:.3g}" for name, x in at.items())
+    return claim(
+        "S-shaped functions of one slope, Fig. 6",
+        "the error function is the steepest",
+        f"90 % of the end at {shown}",
+        all(at[first] < at[name] for name in others),
+        rule="first at 90 % of its end",
+    )
 
 
 def geometry(place: Place) -> Row:
@@ -324,7 +346,7 @@ def run(logs: Path, work: Path) -> Study:
         [],
         [
             "T0 held at (max + min)/2: mrfit solves for it; it is linear.",
-            "Phase 2 alone (means per current, then lines) is done by this study; mrfit's own way is the joint fit.",
+            "Phase 2 alone (means per current, then lines) is `--opt means`; the lines here are of the fits of all conditions.",
             "Fig. 12 at more than nine combinations of population and iterations: `make studies-long`.",
         ],
         figures(place),
