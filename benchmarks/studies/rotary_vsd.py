@@ -346,7 +346,7 @@ def run(logs: Path, work: Path) -> Study:
         [],
         [
             "T0 held at (max + min)/2: mrfit solves for it; it is linear.",
-            "Phase 2 alone (means per current, then lines) is `--opt means`; the lines here are of the fits of all conditions.",
+            "Phase 2 alone (means per current, then lines) is `--opt means`; here it is drawn from the 60 fits.",
             "Fig. 12 at more than nine combinations of population and iterations: `make studies-long`.",
         ],
         figures(place),
