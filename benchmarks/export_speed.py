@@ -37,17 +37,18 @@ TIMER = """#define _POSIX_C_SOURCE 199309L
 #include "{p}.h"
 int main(void) {{
     static {p}_inputs in[{steps}];
-    static double row[{columns}];
-    {p}_state state; {p}_outputs out; double best = 1e30, sum = 0.0; int k, r;
+    static double row[{columns}], measured[{steps}];
+    static {p}_{state} state; {p}_outputs out; {more} double best = 1e30, sum = 0.0; int k, r;
     for (k = 0; k < {steps}; k++) {{
         if (fread(row, sizeof(double), {columns}, stdin) != {columns}) return 1;
         {assign}
+        measured[k] = row[{columns} - 1];
     }}
     for (r = 0; r < {runs}; r++) {{
         struct timespec a, b;
-        {p}_init(&state);
+        {p}_{init}(&state);
         clock_gettime(CLOCK_MONOTONIC, &a);
-        for (k = 0; k < {steps}; k++) {{ {p}_step(&state, &in[k], ({p}_real)1e-4, &out); sum += (double)out.{output}; }}
+        for (k = 0; k < {steps}; k++) {{ {p}_{step} sum += (double)out.{output}; }}
         clock_gettime(CLOCK_MONOTONIC, &b);
         {{
             const double ns = ((double)(b.tv_sec - a.tv_sec) * 1e9 + (double)(b.tv_nsec - a.tv_nsec)) / {steps};
@@ -69,7 +70,13 @@ def timed(source: ExportSource, parts: Parts, files: dict[str, str], options: Se
     rows = np.tile(user_inputs(source, drive), (1, STEPS // drive.shape[1] + 1))[:, :STEPS]
     assign = " ".join(f"in[k].{c.field} = ({p}_real)row[{k}];" for k, c in enumerate(parts.context.inputs))
     output = parts.context.output.field
-    main = TIMER.format(p=p, steps=STEPS, runs=RUNS, columns=len(rows), assign=assign, output=output)
+    own = {"state": "state", "init": "init", "step": f"step(&state, &in[k], ({p}_real)1e-4, &out);", "more": ""}
+    if parts.tracker:
+        step = f"track(&state, &in[k], ({p}_real)measured[k], ({p}_real)1e-4, &out, &found);"
+        own = {"state": "tracker", "init": "tracker_init", "step": step, "more": f"{p}_estimates found;"}
+        log = source.stretches[0].measured
+        rows = np.vstack([rows, np.tile(log, STEPS // len(log) + 1)[:STEPS]])
+    main = TIMER.format(p=p, steps=STEPS, runs=RUNS, columns=len(rows), assign=assign, output=output, **own)
     with TemporaryDirectory() as folder:
         place = Path(folder)
         for name, text in {f"{p}.h": files[f"{p}.h"], f"{p}.c": files[f"{p}.c"], "main.c": main}.items():

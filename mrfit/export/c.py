@@ -23,6 +23,8 @@ from mrfit.export.text import c_comment, field, number
 from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.settings.export import Settings
 
+# What the names of a tracker end with
+TRACKER_ENDING = "_tracker"
 # Samples of the self-test
 _TESTED = 500
 # Share of the output's range by which the exported model may differ from the simulation in Python
@@ -126,15 +128,23 @@ def files(source: ExportSource, settings: Settings) -> Files:
 
 def tracker_files(source: ExportSource, plan: TrackerPlan, cost: Cost) -> dict[str, str]:
     """Return header and source of a model whose parameters are tracked; its names end with ``_tracker``."""
-    prefix = prefix_of(source.prefix or source.name)
-    parts = parts_of(replace(source, prefix=f"{prefix}_tracker"), plan=plan)
-    told = [
-        "Parameters that are tracked are estimated by Kalman filters on the output's error, of which one is chosen.",
-        f"Noise of the output: {plan.deviation:.4g} {unit_of(source.spec.output)}, correlated over "
-        f"{plan.correlated:.3g} s, as the fit's residual.",
-    ]
-    made = rendered(source, parts, told, cost)
+    parts = parts_of(tracker_source(source), plan=plan)
+    made = rendered(source, parts, [noise_told(source, plan)], cost)
     return {name: text for name, text in made.items() if not name.endswith("_selftest.c")}
+
+
+def tracker_source(source: ExportSource) -> ExportSource:
+    """Return it with the names of a tracker."""
+    return replace(source, prefix=f"{prefix_of(source.prefix or source.name)}{TRACKER_ENDING}")
+
+
+def noise_told(source: ExportSource, plan: TrackerPlan) -> str:
+    """Return what a tracker takes as the noise, in words."""
+    return (
+        "Parameters that are tracked are estimated by Kalman filters on the output's error, of which one is chosen. "
+        f"Noise of the output: {plan.deviation:.4g} {unit_of(source.spec.output)}, correlated over "
+        f"{plan.correlated:.3g} s, as the fit's residual."
+    )
 
 
 def notes_of(source: ExportSource) -> list[str]:

@@ -9,6 +9,7 @@ from mrfit.export.c_parts import Parts
 from mrfit.export.head import channel_text
 from mrfit.export.source import ExportSource
 from mrfit.export.text import field, number
+from mrfit.export.tracker import TrackerPlan
 from mrfit.export.units import base_units
 from mrfit.export.xml import XmlElement, xml
 
@@ -35,25 +36,37 @@ def start_of(source: ExportSource, name: str) -> float:
     return min(max(0.0, low), high)
 
 
-def variables_of(source: ExportSource) -> list[Variable]:
-    """Return inputs, outputs and parameters in the order of their value references."""
+def variables_of(source: ExportSource, plan: TrackerPlan | None = None) -> list[Variable]:
+    """Return inputs, outputs and parameters, or of a tracker estimates, in the order of their value references."""
     found = list[Variable]()
     for k, name in enumerate(source.channels):
         start, text = number(start_of(source, name)), channel_text(source, name)
         found.append(Variable(field(name), k, "input", "continuous", text, unit_of(name), start))
     output, text = source.spec.output, channel_text(source, source.spec.output)
+    if plan:
+        name = f"measured_{field(output)}"
+        found.append(Variable(name, len(found), "input", "continuous", f"measured: {text}", unit_of(output), "0.0"))
     found.append(Variable(field(output), len(found), "output", "continuous", text, unit_of(output)))
     seen = "whether all inputs lie within what the fit has seen"
     found.append(Variable("in_range", len(found), "output", "discrete", seen, boolean=True))
+    if plan:
+        moving = "whether parameters are taken to move"
+        found.append(Variable("moving", len(found), "output", "discrete", moving, boolean=True))
+        estimates = [(p.name, p.unit, f"estimate of {p.name}") for p in plan.parameters]
+        estimates += [(f"cov({a},{b})", "", f"covariance of estimates of {a} and {b}") for a, b in plan.pairs]
+        found += [Variable(n, k, "output", "discrete", t, u) for k, (n, u, t) in enumerate(estimates, len(found))]
+        return found
     for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
         text = p.text or p.name
         found.append(Variable(p.name, len(found), "parameter", "tunable", text, p.unit, number(value)))
     return found
 
 
-def model_description(source: ExportSource, parts: Parts, token: str, head: Sequence[str], fmi: int) -> bytes:
+def model_description(
+    source: ExportSource, parts: Parts, token: str, head: Sequence[str], fmi: int, plan: TrackerPlan | None = None
+) -> bytes:
     """Return modelDescription.xml."""
-    variables = variables_of(source)
+    variables = variables_of(source, plan)
     shared = {
         "modelName": source.name,
         "description": f"{source.assembly.name}: {source.base.title}",

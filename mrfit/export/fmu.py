@@ -10,12 +10,12 @@ import re
 import uuid
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from html import escape
 
 from mrfit.core import children, temporary
 from mrfit.errors import DataError
-from mrfit.export.c import compared, notes_of, rendered, user_inputs
+from mrfit.export.c import TRACKER_ENDING, compared, noise_told, notes_of, rendered, tracker_source, user_inputs
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import compiled, required, run_compiler
@@ -25,6 +25,7 @@ from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import c_comment, number
+from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.settings.export import Settings
 
 HEADERS = TEMPLATES / "fmi" / "headers"
@@ -41,16 +42,8 @@ _FLAGS = ("-std=c99", "-O2", "-shared", "-fvisibility=hidden")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-@dataclass(frozen=True)
-class Input:
-    """A field of the inputs in C, and its start value."""
-
-    field: str
-    start: str
-
-
 def files(source: ExportSource, settings: Settings) -> Files:
-    """Return one FMU.
+    """Return an FMU of the model, and one of a tracker.
 
     Raises
     ------
@@ -60,21 +53,33 @@ def files(source: ExportSource, settings: Settings) -> Files:
         If the model or an effect has no C form.
     """
     required("--to fmu")
-    parts = parts_of(source, tunable=True)
+    made = _written(source, settings)
+    if settings.track:
+        plan = plan_of(source, settings.track)
+        own = _written(tracker_source(source), settings, plan)
+        made = replace(made, contents={**made.contents, **own.contents})
+    return made
+
+
+def _written(source: ExportSource, settings: Settings, plan: TrackerPlan | None = None) -> Files:
+    """Return one FMU, of the model or of a tracker."""
+    parts = parts_of(source, tunable=not plan, plan=plan)
     prefix, token = parts.context.p, token_of(source, settings)
     cost = costs(source)
     sources = wrapped_sources(source, parts, cost, settings)
-    if source.stretches:
+    told, error = "Difference from the simulation in Python: not measured (the fit's logs are not at hand).", None
+    if plan:
+        told = noise_told(source, plan)
+    elif source.stretches:
         driver = environment(TEMPLATES / "fmi").get_template(f"driver{settings.fmi}.c.j2")
         text = driver.render(vars(parts.context), token=token)
         with compiled({**sources, "driver.c": text}, options=("-O2",)) as program:
             difference = compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])
         told, error = difference.text, difference.largest
-    else:
-        told, error = "Difference from the simulation in Python: not measured (the fit's logs are not at hand).", None
     binaries = built_binaries(prefix, sources, settings.fmi)
     lines = [told, *notes_of(source), CAUSALITY, *cost.lines]
-    archive = packed(source, parts, sources, binaries, lines, settings)
+    description = model_description(source, parts, token, head_lines(source, lines), settings.fmi, plan)
+    archive = packed(prefix, description, sources, binaries, head_lines(source, lines), settings.fmi)
     said = (
         told,
         f"FMI {settings.fmi}.0 with binaries for {', '.join(sorted(p for p, _ in binaries))}",
@@ -86,22 +91,36 @@ def files(source: ExportSource, settings: Settings) -> Files:
 def token_of(source: ExportSource, settings: Settings) -> str:
     """Return the token that ties a description to its binary: of the fit, the parameters and the version."""
     text = f"{source.digest} {source.condition} {source.assembly.name} {settings.fmi}"
+    if source.prefix.endswith(TRACKER_ENDING):
+        text += f" {' '.join(settings.track)}"
     return f"{{{uuid.uuid5(uuid.NAMESPACE_URL, text)}}}"
 
 
 def wrapped_sources(source: ExportSource, parts: Parts, cost: Cost, settings: Settings) -> dict[str, str]:
     """Return the C files of an FMU by name, the standard's headers included."""
     prefix = parts.context.p
-    model = rendered(source, parts, [], cost, tunable=True)
+    model = rendered(source, parts, [], cost, tunable=parts.context.tunable)
     files = {name: model[name] for name in (f"{prefix}.h", f"{prefix}.c")}
     for path in sorted(HEADERS.glob(f"fmi{settings.fmi}*.h")):
         files[path.name] = path.read_text(encoding="utf-8").encode("ascii", "replace").decode("ascii")
+    given = [(f"inputs.{c.field}", number(start_of(source, c.name))) for c in parts.context.inputs]
+    given += [("measured", "0.0")] if parts.tracker else []
+    outputs = [(f"outputs.{parts.context.output.field}", False), ("outputs.in_range", True)]
+    if parts.tracker:
+        size = range(len(parts.tracker.parameters))
+        outputs += [("estimates.moving", True), *((f"estimates.value[{k}]", False) for k in size)]
+        outputs += [(f"estimates.covariance[{k}][{j}]", False) for k in size for j in size if j >= k]
+    places = list(enumerate([*((place, False) for place, _ in given), *outputs]))
     context = {
         **vars(parts.context),
+        "tracker": parts.tracker,
+        "given": given,
+        "reals": [(k, place) for k, (place, flag) in places if not flag],
+        "flags": [(k, place) for k, (place, flag) in places if flag],
+        "clock": len(places) if parts.tracker else len(places) + parts.context.count,
         "head": c_comment([f"{source.assembly.name} as an FMU: see {prefix}.h and modelDescription.xml"]),
         "token": token_of(source, settings),
         "start": [number(v) for v in source.theta.tolist()],
-        "inputs": [Input(c.field, number(start_of(source, c.name))) for c in parts.context.inputs],
     }
     template = environment(TEMPLATES / "fmi").get_template(f"fmi{settings.fmi}.c.j2")
     text = template.render(context, absent=())
@@ -151,23 +170,21 @@ def built_binaries(prefix: str, sources: Mapping[str, str], fmi: int) -> dict[tu
 
 
 def packed(
-    source: ExportSource,
-    parts: Parts,
+    prefix: str,
+    description: bytes,
     sources: Mapping[str, str],
     binaries: Mapping[tuple[str, str], bytes],
-    told: list[str],
-    settings: Settings,
+    head: list[str],
+    fmi: int,
 ) -> bytes:
     """Return the archive."""
-    prefix = parts.context.p
-    head = head_lines(source, told)
     page = f"<!DOCTYPE html><title>{prefix}</title><pre>{escape(chr(10).join(head))}</pre>\n"
     contents: dict[str, bytes] = {
-        "modelDescription.xml": model_description(source, parts, token_of(source, settings), head, settings.fmi),
+        "modelDescription.xml": description,
         "documentation/index.html": page.encode("ascii", "xmlcharrefreplace"),
     }
     contents |= {f"sources/{name}": text.encode("ascii") for name, text in sorted(sources.items())}
-    if settings.fmi == 3:
+    if fmi == 3:
         contents["sources/buildDescription.xml"] = build_description(prefix)
     contents |= {f"binaries/{p}/{prefix}.{ending}": data for (p, ending), data in sorted(binaries.items())}
     archive = io.BytesIO()

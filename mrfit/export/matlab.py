@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from mrfit.core import children, temporary
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.c import Difference, compared, notes_of, user_inputs
+from mrfit.export.c import Difference, compared, noise_told, notes_of, tracker_source, user_inputs
 from mrfit.export.c_context import Context
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.compiler import fault
@@ -18,7 +18,9 @@ from mrfit.export.printer.matlab_text import matlab_text, results
 from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
-from mrfit.export.text import ascii_line, in_comment, wrapped
+from mrfit.export.text import ascii_line, in_comment, number, wrapped
+from mrfit.export.tracker import TrackerPlan, plan_of
+from mrfit.kernels.tracking import begun_estimator
 from mrfit.settings.export import Settings
 
 # Value of a field of a struct: text, rows of text, or a struct
@@ -28,7 +30,7 @@ EXAMPLE_SAMPLES, _SEGMENTS = 400, 3
 
 
 def files(source: ExportSource, settings: Settings) -> Files:
-    """Return one file.
+    """Return the model's file, and that of a tracker.
 
     Raises
     ------
@@ -41,20 +43,25 @@ def files(source: ExportSource, settings: Settings) -> Files:
     difference = _difference(source, parts, draft)
     told = [difference.text, *notes_of(source), CAUSALITY]
     text = function_file(source, parts, told)
-    return Files({f"{prefix}.m": text.encode("ascii")}, (difference.text, *notes_of(source)), difference.largest)
+    contents = {f"{prefix}.m": text.encode("ascii")}
+    if settings.track:
+        own, plan = tracker_source(source), plan_of(source, settings.track)
+        parts = parts_of(own, plan=plan)
+        contents[f"{parts.context.p}.m"] = function_file(own, parts, [noise_told(source, plan)], plan).encode("ascii")
+    return Files(contents, (difference.text, *notes_of(source)), difference.largest)
 
 
-def function_file(source: ExportSource, parts: Parts, told: list[str]) -> str:
-    """Return the file's text."""
+def function_file(source: ExportSource, parts: Parts, told: list[str], plan: TrackerPlan | None = None) -> str:
+    """Return the text of a model's file, or of a tracker's."""
     context = parts.context
     driven = parts.program.functions["driven"]
     head = "\n".join(f"%   {ascii_line(line)}".rstrip() for line in wrapped(head_lines(source, told)))
-    names = {"s": "state", "first": "double(first)", "dt": "elapsed"}
+    names = {"s": "s" if plan else "state", "first": "double(first)", "dt": "elapsed"}
     return (
         environment(TEMPLATES / "matlab")
-        .get_template("function.m.j2")
+        .get_template("tracker.m.j2" if plan else "function.m.j2")
         .render(
-            vars(context),
+            {**vars(context), **(_tracker(plan, parts) if plan else {})},
             title=in_comment(f"{source.assembly.name}: {source.base.title}"),
             head=head,
             zero=_struct(_at_rest(context)),
@@ -64,6 +71,25 @@ def function_file(source: ExportSource, parts: Parts, told: list[str]) -> str:
             functions=matlab_text(parts.program).replace("@RING", str(context.ring)),
         )
     )
+
+
+def _tracker(plan: TrackerPlan, parts: Parts) -> dict[str, Any]:
+    """Return what the template of a tracker has beside a model's."""
+    begun = begun_estimator(plan.prior, plan.filters)._asdict()
+    return {
+        "tracker": parts.tracker,
+        "size": len(plan.parameters),
+        "begun": _struct({n: _rows(v) if v.ndim < 3 else f"zeros{v.shape}" for n, v in begun.items()}),
+        "constants": _struct({n: _rows(v) for n, v in plan.constants._asdict().items()}),
+        "prior": _struct(_rows(plan.prior)),
+        "differences": _struct(_rows(plan.column("difference"))),
+        "means": _struct(_rows(plan.column("value"))),
+        "deviations": _struct(_rows(plan.column("deviation"))),
+    }
+
+
+def _rows(value: Array) -> list[list[str]]:
+    return [[number(v) for v in row] for row in np.atleast_2d(value).tolist()]
 
 
 def _values(context: Context) -> dict[str, Value]:

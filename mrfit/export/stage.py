@@ -25,6 +25,8 @@ EXPORT_FORMATS = {
     "modelica": "modelica",
     "ssv": "ssv",
 }
+# Those that can have a tracker beside the model
+TRACKING = frozenset({"c", "fmu", "matlab"})
 
 
 @dataclass(frozen=True)
@@ -85,15 +87,15 @@ def run(
     Raises
     ------
     ConfigError
-        If a format does not exist, the prefix is no name, a tracker is asked for without C, or the only format needs a
-        program that is not there.
+        If a format does not exist, the prefix is no name, a tracker is asked for without a format that has one, or the
+        only format needs a program that is not there.
     DataError
         If the fit has no form in the only format, or in none of several; if the folder cannot be written.
     """
     asked = list(dict.fromkeys(formats))
     check(asked)
-    if settings.track and "c" not in asked:
-        raise ConfigError("--track: a tracker is made beside the model in C; give --to c too")
+    if settings.track and not TRACKING & {*asked}:
+        raise ConfigError(f"--track: a tracker is made beside the model with --to {' or '.join(sorted(TRACKING))}")
     source = _prefixed(source, settings.prefix)
     made: dict[str, Files] = {}
     written = ExportedFiles(folder)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -84,13 +85,19 @@ class TrackerPlan:
         """Number of filters: of constant parameters, and, at each rate, of each that moves and of all that do."""
         return len(self.constants.walk)
 
+    def column(self, name: str) -> Array:
+        """Return an attribute of all parameters (T,)."""
+        return np.array([getattr(p, name) for p in self.parameters])
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """Pairs of parameters whose covariance is told, each once."""
+        return list(combinations_with_replacement([p.name for p in self.parameters], 2))
+
     @cached_property
     def constants(self) -> EstimatorPlan:
         """Constants of the estimator."""
-        spans, values, low, high = (
-            np.array([getattr(p, name) for p in self.parameters]) for name in ("span", "value", "low", "high")
-        )
-        deviations = np.array([p.deviation for p in self.parameters])
+        spans, values, low, high, deviations = map(self.column, ("span", "value", "low", "high", "deviation"))
         moving = np.unique([*np.eye(len(deviations)), np.ones(len(deviations))], axis=0)
         each = moving * (spans / deviations) ** 2 / 60.0
         walk = np.vstack([0.0 * deviations, *(rate**2 * each for rate in WALK_RATES)])

@@ -4,8 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from mrfit.core.specs import Array
 from mrfit.export.c_context import BaseField, EffectFields
 from mrfit.export.printer import ir
@@ -57,10 +55,7 @@ class TrackerFields:
 def tracker_fields(plan: TrackerPlan, base: Sequence[BaseField], effects: Sequence[EffectFields]) -> TrackerFields:
     """Return the context of a tracker's templates."""
     state, constants = begun_estimator(plan.prior, plan.filters)._asdict(), plan.constants._asdict()
-    values = {
-        name: _initializer(np.array([getattr(p, name) for p in plan.parameters]))
-        for name in ("difference", "value", "deviation")
-    }
+    values = {name: _initializer(plan.column(name)) for name in ("difference", "value", "deviation")}
     return TrackerFields(
         parameters=[
             ParameterFields(k, in_comment(f"{p.name}, {_meaning(p)}"), list(_targets(p, base, effects)))

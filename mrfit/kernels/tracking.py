@@ -20,11 +20,16 @@ from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 
 # Evidence in nats at which constant parameters are taken to move
-CHANGED = 8.0
+CHANGED = 10.0
 # Evidence in nats at which moving parameters are taken to move otherwise, or to have come to rest
 MOVED_OTHERWISE = 6.0
 # Evidence in nats at which the filter of constant parameters begins again while they move
 BEHIND = -1.0
+# Evidence in nats at which a filter that is not chosen is as likely as the one that is, where one of both has constant
+# parameters, and where all move
+AS_LIKELY, BOTH_MOVE = 5.0, 2.0
+# Logarithm of the share of 5 % that a band of 95 % leaves out
+LEFT_OUT = -3.0
 # Factor of the variance of a moving parameter with which it is taken to be constant from now on
 WIDER = 9.0
 
@@ -41,6 +46,8 @@ class Estimator(NamedTuple):
     evidence, likelihood
         Cumulative evidence in nats of each filter against the one chosen, (M,), and log-likelihoods of the last
         innovations, (M,).
+    doubt
+        What the variances of the filter chosen lack because another one may be right, (T,).
     chosen
         Which filter gives the estimate, (1,).
     """
@@ -51,6 +58,7 @@ class Estimator(NamedTuple):
     gain: Array
     evidence: Array
     likelihood: Array
+    doubt: Array
     chosen: Array
 
 
@@ -130,6 +138,27 @@ def _weighed(t: Any, plan: Any) -> None:
 
 
 @kernel
+def _doubted(t: Any, plan: Any) -> None:
+    """Find how far the 95 % bands have to reach so that they hold where another filter is right."""
+    chosen, total = int(t.chosen[0]), 1.0
+    for m in range(len(t.evidence)):
+        rare = AS_LIKELY if m == 0 or chosen == 0 else BOTH_MOVE
+        t.likelihood[m] = 0.0 if m == chosen else math.exp(t.evidence[m] - rare)
+        total += t.likelihood[m]
+    for k in range(len(t.gain)):
+        weight, spread = 0.0, 0.0
+        for m in range(len(t.evidence)):
+            if plan.walk[m, k] > 0.0:
+                off = t.mean[m, k] - t.mean[chosen, k]
+                weight += t.likelihood[m]
+                spread += t.likelihood[m] * (t.covariance[m, k, k] + off * off)
+        t.doubt[k] = 0.0
+        if weight > 0.0:
+            reach = 1.0 - math.log(weight / total) / LEFT_OUT
+            t.doubt[k] = max(0.0, reach * spread / weight - t.covariance[chosen, k, k])
+
+
+@kernel
 def corrected(t: Any, plan: Any, sensitivity: Any, error: float, dt: float, excited: int) -> None:
     """Correct the estimate by the output's error at the end of a step of dt s; it stays where nothing is excited."""
     white = plan.noise[0] * max(1.0, plan.noise[1] / dt)
@@ -137,9 +166,11 @@ def corrected(t: Any, plan: Any, sensitivity: Any, error: float, dt: float, exci
         for k in range(len(t.gain)):
             t.covariance[m, k, k] = min(t.covariance[m, k, k] + plan.walk[m, k] * dt, plan.widest[k])
         if excited != 0:
-            t.likelihood[m] = _updated(t, plan, m, sensitivity, error, white)
+            own = _updated(t, plan, m, sensitivity, error, white)
+            t.likelihood[m] = own
     if excited != 0:
         _weighed(t, plan)
+        _doubted(t, plan)
         for k in range(len(t.gain)):
             t.estimate[k] = t.mean[int(t.chosen[0]), k]
 
@@ -148,5 +179,5 @@ def begun_estimator(prior: Array, filters: int) -> Estimator:
     """Return the estimator before the first sample, of the prior's correlations (T, T)."""
     size = len(prior)
     mean, covariance = np.zeros((filters, size)), np.repeat(prior[None], filters, axis=0)
-    nothing, none = np.zeros((2, size)), np.zeros((2, filters))
-    return Estimator(mean, covariance, nothing[0], nothing[1], none[0], none[1], np.zeros(1))
+    nothing, none = np.zeros((3, size)), np.zeros((2, filters))
+    return Estimator(mean, covariance, nothing[0], nothing[1], none[0], none[1], nothing[2], np.zeros(1))

@@ -20,7 +20,7 @@ class Settings:
     draws, seed
         Number of parameter sets of ``ssv``, and the seed they are drawn with.
     track
-        Parameters that a tracker beside the model in C follows.
+        Parameters that a tracker beside the model in C, FMU or MATLAB follows.
     """
 
     fmi: Annotated[int, Setting("Version of FMI of an FMU: 2 or 3.", low=2, high=3)] = 2
@@ -28,5 +28,6 @@ class Settings:
     draws: Annotated[int, Setting("Parameter sets drawn for ssv.", low=1)] = 100
     seed: Annotated[int, Setting("Seed of these draws.", low=0)] = 0
     track: Annotated[
-        tuple[str, ...], Setting("Parameters that a tracker in C follows, as fy,c.", metavar="NAME,…", form=NAMES)
+        tuple[str, ...],
+        Setting("Parameters that a tracker (c, fmu, matlab) follows, as fy,c.", metavar="NAME,…", form=NAMES),
     ] = ()

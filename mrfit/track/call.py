@@ -164,11 +164,10 @@ def _refits(source: ExportSource, plan: TrackerPlan, drive: Array, measured: Arr
         theta[places] = theta[places] * (1.0 + step) if p.factor else theta[places] + step
         changed.append(theta)
     outputs = source.assembly.simulate(np.ascontiguousarray(drive), np.array(changed), dt)
-    steps = np.array([p.difference * p.deviation for p in plan.parameters])
+    steps = plan.column("difference") * plan.column("deviation")
     rows, error = (outputs[1:] - outputs[0]).T / steps, measured - outputs[0]
     good = np.isfinite(error) & (plan.moves(source.spec.inputs, drive) > 0)
-    start = np.array([p.value for p in plan.parameters])
-    spans = np.array([p.span for p in plan.parameters])
+    start, spans = plan.column("value"), plan.column("span")
     white = plan.deviation**2 * max(1.0, plan.correlated / dt)
     times, values, deviations = list[float](), list[Array](), list[Array]()
     for part in np.array_split(np.arange(len(error)), _BLOCKS):

@@ -126,7 +126,7 @@ def _follow(
         chosen = int(t.chosen[0])
         for k in range(size):
             found[n, k] = models.mean[k] + models.deviation[k] * t.estimate[k]
-            found[n, size + k] = models.deviation[k] * np.sqrt(t.covariance[chosen, k, k])
+            found[n, size + k] = models.deviation[k] * np.sqrt(t.covariance[chosen, k, k] + t.doubt[k])
         found[n, 2 * size], found[n, 2 * size + 1] = error, chosen
 
 
@@ -176,7 +176,7 @@ def track_log(
         np.cumsum(steps),
         found[:, :size],
         found[:, size : 2 * size],
-        t.covariance[int(t.chosen[0])] * np.outer(scale, scale),
+        (t.covariance[int(t.chosen[0])] + np.diag(t.doubt)) * np.outer(scale, scale),
         found[:, 2 * size],
         found[:, -1],
         moves,
@@ -213,7 +213,5 @@ def _models(source: ExportSource, plan: TrackerPlan, stepper: Stepper, theta: Ar
                     raise ConfigError(f"{p.name} cannot be tracked: the model takes another number made of it")
                 entries.append((int(row), owner, float(theta[k]) if p.factor else 1.0, int(not plain)))
     rows, owners, factors, logs = (np.array(column) for column in zip(*entries, strict=True))
-    values, deviations, differences = (
-        np.array([getattr(p, name) for p in plan.parameters]) for name in ("value", "deviation", "difference")
-    )
-    return ParallelModels(states, rows, owners, factors, logs, values, deviations, differences)
+    own = map(plan.column, ("value", "deviation", "difference"))
+    return ParallelModels(states, rows, owners, factors, logs, *own)

@@ -1,7 +1,10 @@
 """The tracker in C: equal to that in Python, under a strict compiler and its sanitizers, in double and in float."""
 
+import shutil
+import subprocess
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,25 +12,28 @@ import pytest
 from mrfit.core import registry
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
+from mrfit.export import fmu, matlab
 from mrfit.export.c import built, tracker_files, user_inputs
 from mrfit.export.c_parts import parts_of
-from mrfit.export.causality import Cost
 from mrfit.export.compiler import compiler
 from mrfit.export.source import ExportSource
 from mrfit.export.tracker import plan_of
+from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from mrfit.track.run import track_log
 from tests.export.rigs import channels, rig
-from tests.export.test_c import STRICT
+from tests.export.test_c import NO_COST, STRICT, deviates_as_listed
+from tests.export.test_matlab import OCTAVE
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 NOISE, DT = 8.0, 1e-3
+# Where no shape is tracked C reads the loop from its curve, and Python steps it by its equation, to 1e-9.
 # A shape is not linear: rounding grows by the differences that sensitivities are made of
 CASES = (
     ("tanh", ("fy", "c"), "", 1e-9),
     ("tanh+temperature", ("temperature.b_yield", "fy"), "", 1e-9),
-    ("boucwen", ("alpha", "c"), "alpha=1", 1e-9),
+    ("boucwen", ("alpha", "c"), "alpha=1", 2e-8),
     pytest.param("boucwen", ("alpha", "c", "kappa"), "alpha=1", 1e-7, marks=pytest.mark.slow),
 )
 
@@ -62,7 +68,7 @@ def compiled_track(
     """Output, whether parameters move, estimates and variances (A, N) of the tracker in C."""
     plan = plan_of(source, names)
     parts = parts_of(replace(source, prefix="own_tracker"), plan=plan)
-    files = tracker_files(replace(source, prefix="own"), plan, Cost((), 0.002))
+    files = tracker_files(replace(source, prefix="own"), plan, NO_COST)
     with built(parts, files, options) as program:
         return program.run(np.vstack([user_inputs(source, drive), measured]), DT)
 
@@ -93,3 +99,82 @@ def test_a_dead_time_is_refused() -> None:
     source = noisy("tanh+delay", "")
     with pytest.raises(ConfigError, match="by which delay is late"):
         plan_of(source, ("delay.tau",))
+
+
+def in_c(source: ExportSource, names: Sequence[str], drive: Array, measured: Array) -> tuple[Array, Array]:
+    """Output, whether they move, and estimates (2 + T, N), and variances (T, N), of the tracker in C."""
+    found = compiled_track(source, names, drive, measured, ("-O2",))
+    return found[: 2 + len(names)], found[2 + len(names) :]
+
+
+@pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_an_fmu_gives_what_the_c_does(fmi: int, tmp_path: Path) -> None:
+    pytest.importorskip("fmpy", reason="an FMU needs FMPy: pip install 'mrfit[fmu]'")
+    from tests.export.test_fmu import opened, validation
+
+    source, names = noisy("tanh", ""), ("fy", "c")
+    drive, measured = drive_of(source, 0.6)
+    made = fmu.files(source, Settings(fmi=fmi, track=names)).contents
+    assert sorted(made) == ["tanh_fit.fmu", "tanh_fit_tracker.fmu"]
+    path = tmp_path / "tracker.fmu"
+    path.write_bytes(made["tanh_fit_tracker.fmu"])
+    assert validation.validate_fmu(str(path)) == []
+    wanted = in_c(source, names, drive, measured)
+    asked = ["force", "fy", "c", "cov(fy,fy)", "cov(c,c)", "cov(fy,c)"]
+    with opened(path) as (slave, references):
+        write, read = (slave.setFloat64, slave.getFloat64) if fmi == 3 else (slave.setReal, slave.getReal)
+        inputs, outputs = [references[n] for n in (*source.channels, "measured_force")], [references[n] for n in asked]
+        rows, got = np.vstack([user_inputs(source, drive), measured]).T.tolist(), list[list[float]]()
+        for k, row in enumerate(rows):
+            if k == 0 and fmi == 2:
+                slave.setupExperiment(startTime=0.0)
+            if k == 0:
+                slave.enterInitializationMode()
+            write(inputs, row)
+            if k == 0:
+                slave.exitInitializationMode()
+            else:
+                slave.doStep(currentCommunicationPoint=(k - 1) * DT, communicationStepSize=DT)
+            got.append([*slave.getBoolean([references["moving"]]), *read(outputs)])
+        slave.terminate()
+    found = np.array(got).T
+    np.testing.assert_allclose(found[[1, 0, 2, 3]], wanted[0], rtol=1e-12)
+    np.testing.assert_allclose(found[4:6], wanted[1], rtol=1e-12)
+    assert np.all(found[6] ** 2 < found[4] * found[5]) and found[0].any()
+
+
+@pytest.mark.skipif(not OCTAVE, reason="no Octave")
+@pytest.mark.parametrize(("model", "names", "orders"), [("tanh", ("fy", "c"), ""), ("boucwen", ("alpha",), "alpha=1")])
+def test_matlab_gives_what_the_c_does(model: str, names: tuple[str, ...], orders: str, tmp_path: Path) -> None:
+    source = noisy(model, orders)
+    drive, measured = drive_of(source, 0.3)
+    measured[200:210] = np.nan
+    made = matlab.files(replace(source, prefix="own", stretches=source.stretches), Settings(track=names)).contents
+    (tmp_path / "own_tracker.m").write_bytes(made["own_tracker.m"])
+    given = ", ".join(f"r({k})" for k in range(1, len(source.channels) + 2))
+    (tmp_path / "follow.m").write_text(
+        f"rows = dlmread('in.txt'); state = []; out = [];\nfor k = 1:rows(end, 1)\nr = rows(k, 2:end);\n"
+        f"[y, found, state] = own_tracker({given}, {DT}, state);\n"
+        "out(end + 1, :) = [y, found.moving, found.value, diag(found.covariance)'];\nend\n"
+        "file = fopen('out.txt', 'w'); fprintf(file, [repmat('%.17g ', 1, size(out, 2)), '\\n'], out'); fclose(file);\n"
+    )
+    samples = np.full(len(measured), len(measured))
+    np.savetxt(tmp_path / "in.txt", np.column_stack([samples, *user_inputs(source, drive), measured]), fmt="%.17g")
+    subprocess.run([OCTAVE, "--no-gui", "--norc", "--quiet", "follow.m"], cwd=tmp_path, check=True)
+    found = np.loadtxt(tmp_path / "out.txt").T
+    wanted = in_c(source, names, drive, measured)
+    np.testing.assert_allclose(found[: 2 + len(names)], wanted[0], rtol=1e-9, atol=1e-9 * np.ptp(wanted[0][0]))
+    np.testing.assert_allclose(found[2 + len(names) :], wanted[1], rtol=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("cppcheck") is None, reason="no cppcheck")
+@pytest.mark.parametrize(
+    ("model", "names", "orders"),
+    [("tanh+temperature", ("temperature.b_yield", "fy"), ""), ("boucwen", ("alpha", "c"), "alpha=1")],
+)
+def test_cppcheck_finds_no_deviation_that_is_not_listed(
+    model: str, names: tuple[str, ...], orders: str, tmp_path: Path
+) -> None:
+    source = replace(noisy(model, orders), prefix="own")
+    deviates_as_listed(tracker_files(source, plan_of(source, names), NO_COST), "own_tracker.c", tmp_path)
