@@ -15,6 +15,7 @@ from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import CompiledModel, compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.motion import motion_of
+from mrfit.export.printer import ir
 from mrfit.export.printer.c_text import constants, function_text, macros, math_functions, small_functions
 from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
@@ -139,7 +140,7 @@ def tracker_source(source: ExportSource) -> ExportSource:
 
 
 def noise_told(source: ExportSource, plan: TrackerPlan) -> str:
-    """Return what a tracker takes as the noise, in words."""
+    """Return a sentence on the filters of a tracker, and on its noise."""
     return (
         "Parameters that are tracked are estimated by Kalman filters on the output's error, of which one is chosen. "
         f"Noise of the output: {plan.deviation:.4g} {unit_of(source.spec.output)}, correlated over "
@@ -190,7 +191,7 @@ def rendered(
         "code": code,
         "tiny": "@TINY" in code,
         "tracker": parts.tracker,
-        "driven": [a.name for a in program.functions["driven"].arguments],
+        **called(program),
         "functions": macros(
             {*math_functions(program), *(("exp", "expm1") if motion else ()), *(("log",) if logs else ())}
         ),
@@ -203,6 +204,11 @@ def rendered(
     if test := _selftest(source):
         files[f"{prefix}_selftest.c"] = filled("selftest.c.j2", {**context, **vars(test)}, short)
     return files
+
+
+def called(program: ir.Program) -> dict[str, list[str]]:
+    """Return the arguments of functions that templates call, by name."""
+    return {n: [a.name for a in program.functions[n].arguments] for n in ("driven", "within")}
 
 
 def _selftest(source: ExportSource) -> SelfTest | None:

@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.core import children, temporary
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.c import Difference, compared, noise_told, notes_of, tracker_source, user_inputs
+from mrfit.export.c import Difference, called, compared, noise_told, notes_of, tracker_source, user_inputs
 from mrfit.export.c_context import Context
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.compiler import fault
@@ -68,13 +68,14 @@ def function_file(source: ExportSource, parts: Parts, told: list[str], plan: Tra
             fitted=_struct(_values(context)),
             outputs=[context.output.field, *(names[n] for n in results(driven))],
             driven=[names.get(a.name, a.name) for a in driven.arguments],
+            within=called(parts.program)["within"],
             functions=matlab_text(parts.program).replace("@RING", str(context.ring)),
         )
     )
 
 
 def _tracker(plan: TrackerPlan, parts: Parts) -> dict[str, Any]:
-    """Return what the template of a tracker has beside a model's."""
+    """Return the context of a tracker's template beside a model's."""
     begun = begun_estimator(plan.prior, plan.filters)._asdict()
     return {
         "tracker": parts.tracker,

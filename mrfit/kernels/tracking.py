@@ -28,8 +28,8 @@ BEHIND = -1.0
 # Evidence in nats at which a filter that is not chosen is as likely as the one that is, where one of both has constant
 # parameters, and where all move
 AS_LIKELY, BOTH_MOVE = 5.0, 2.0
-# Logarithm of the share of 5 % that a band of 95 % leaves out
-LEFT_OUT = -3.0
+# Logarithm of the share of 5 % that lies outside of a band
+OUTSIDE_BAND = -3.0
 # Factor of the variance of a moving parameter with which it is taken to be constant from now on
 WIDER = 9.0
 
@@ -139,7 +139,7 @@ def _weighed(t: Any, plan: Any) -> None:
 
 @kernel
 def _doubted(t: Any, plan: Any) -> None:
-    """Find how far the 95 % bands have to reach so that they hold where another filter is right."""
+    """Widen the variances so that 95 % bands hold where another filter is right."""
     chosen, total = int(t.chosen[0]), 1.0
     for m in range(len(t.evidence)):
         rare = AS_LIKELY if m == 0 or chosen == 0 else BOTH_MOVE
@@ -154,7 +154,7 @@ def _doubted(t: Any, plan: Any) -> None:
                 spread += t.likelihood[m] * (t.covariance[m, k, k] + off * off)
         t.doubt[k] = 0.0
         if weight > 0.0:
-            reach = 1.0 - math.log(weight / total) / LEFT_OUT
+            reach = 1.0 - math.log(weight / total) / OUTSIDE_BAND
             t.doubt[k] = max(0.0, reach * spread / weight - t.covariance[chosen, k, k])
 
 
