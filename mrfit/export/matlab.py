@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -61,7 +61,9 @@ def function_file(source: ExportSource, parts: Parts, told: list[str], plan: Tra
         environment(TEMPLATES / "matlab")
         .get_template("tracker.m.j2" if plan else "function.m.j2")
         .render(
-            {**vars(context), **(_tracker(plan, parts) if plan else {})},
+            {**vars(context), **(_tracker(plan) if plan else {})},
+            tracker=parts.tracker,
+            size=len(plan.parameters) if plan else 0,
             title=in_comment(f"{source.assembly.name}: {source.base.title}"),
             head=head,
             zero=_struct(_at_rest(context)),
@@ -74,12 +76,10 @@ def function_file(source: ExportSource, parts: Parts, told: list[str], plan: Tra
     )
 
 
-def _tracker(plan: TrackerPlan, parts: Parts) -> dict[str, Any]:
+def _tracker(plan: TrackerPlan) -> dict[str, str]:
     """Return the context of a tracker's template beside a model's."""
     begun = begun_estimator(plan.prior, plan.filters)._asdict()
     return {
-        "tracker": parts.tracker,
-        "size": len(plan.parameters),
         "begun": _struct({n: _rows(v) if v.ndim < 3 else f"zeros{v.shape}" for n, v in begun.items()}),
         "constants": _struct({n: _rows(v) for n, v in plan.constants._asdict().items()}),
         "prior": _struct(_rows(plan.prior)),
