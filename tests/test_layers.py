@@ -16,7 +16,7 @@ LAYERS = [
     {"io"},
     {"signal"},
     {"ingest", "flux", "segment", "models", "effects"},
-    {"simulate", "measure"},
+    {"simulate", "driven", "measure"},
     {"optimizers"},
     {"search"},
     {"fit"},

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import DamperChain, commit, step, trial_of
 from mrfit.apply.solving import ABOVE, BELOW, Inverse, allowed, command, solve
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
+from mrfit.simulate.chain import DamperChain, commit, step, trial_of
 
 
 @kernel

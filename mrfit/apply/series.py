@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.apply.chain import followed
 from mrfit.apply.damper import Damper
 from mrfit.apply.following import inverted
 from mrfit.apply.inverse import FLAGS, Inverter, prompt
@@ -17,6 +16,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.io.schemas.apply import AmplifierEntry, DamperEntry, InversionRow
 from mrfit.settings.apply import Amplifier
+from mrfit.simulate.chain import followed
 
 if TYPE_CHECKING:
     from pandas import DataFrame

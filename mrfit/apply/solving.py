@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import DamperChain, Trial, inputs, step, trial_of
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel, part
+from mrfit.simulate.chain import DamperChain, Trial, inputs, step, trial_of
 
 REACHED, BELOW, ABOVE, BETWEEN = 0.0, -1.0, 1.0, 2.0
 # Force at which a search ends, and up to which it counts as reached, as shares of the largest force at hand

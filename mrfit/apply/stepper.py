@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.apply import chain as columns
-from mrfit.apply.chain import advanced, followed
 from mrfit.apply.damper import Damper
-from mrfit.apply.program import DEFAULTS, DamperProgram
 from mrfit.apply.undone import lasting, undone
 from mrfit.core.specs import Array, Steps
 from mrfit.errors import DataError
+from mrfit.simulate import chain as columns
+from mrfit.simulate.chain import advanced, followed
+from mrfit.simulate.program import DEFAULTS, DamperProgram
 
 Channels = Mapping[str, Array]
 # Shortest step in s for which what is read late is kept in full
@@ -52,7 +52,7 @@ class Stepper:
 
     def __init__(self, damper: Damper, held: bool = True, shortest: float = _SHORTEST) -> None:
         self.damper, self.shortest = damper, shortest
-        self.program = DamperProgram(damper, held, shortest)
+        self.program = DamperProgram(damper.model, damper.theta[0], damper.dependence, held, shortest)
         self.chain, self.inputs = self.program.chain, self.program.channels
         self.behind = tuple(name for name, _, _ in self.program.behind)
         self.lagging = tuple(name for name, _, _ in self.program.before)

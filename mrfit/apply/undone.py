@@ -7,9 +7,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lsim
 
-from mrfit.apply.program import DamperProgram
 from mrfit.core.specs import Array
 from mrfit.kernels.lti import SHORTEST
+from mrfit.simulate.program import DamperProgram
 
 # Time constants after which what a filter remembers is forgotten, and the share of a sample below which it is none
 _FELT, _SHORT = 10.0, 0.01

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import DamperChain, Trial, commit, inputs, step
 from mrfit.apply.solving import Inverse, command, solve
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel, part
+from mrfit.simulate.chain import DamperChain, Trial, commit, inputs, step
 
 # Controls, in the order of ``car.CONTROLS``
 _PASSIVE_HIGH, _ON_OFF, _SKYHOOK, _HYBRID = 1, 2, 3, 5

@@ -12,8 +12,8 @@ from mrfit.core import registry
 from mrfit.core.channels import CHANNELS
 from mrfit.core.protocols import SLOT_FUNCTIONS, Effect
 from mrfit.core.recording import FLUX_RESISTANCE
-from mrfit.core.specs import Array, EffectSpec
-from mrfit.simulate.assembly import SLOTS, Assembly, assemble
+from mrfit.core.specs import SLOTS, Array, EffectSpec
+from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
 _OUTPUTS = {"flux", "force", "torque"}

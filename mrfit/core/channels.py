@@ -52,6 +52,9 @@ CHANNELS: dict[str, Channel] = {
         ("displacement", "m", "x", ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment")),
         ("velocity", "m/s", "v", ("v_piston", "vel", "speed", "piston velocity")),
         ("acceleration", "m/s^2", "a", ("acc", "accel")),
+        ("absolute_acceleration", "m/s^2", "a_abs", ("absolute acceleration", "total acceleration")),
+        ("excitation_force", "N", "u", ("excitation force", "exciting force", "shaker force")),
+        ("base_acceleration", "m/s^2", "a_g", ("base acceleration", "ground acceleration", "table acceleration")),
         ("force", "N", "F", ("f", "load", "axial force")),
         ("current", "A", "i", ("i", "amp", "amps", "coil current", "i_coil")),
         ("voltage", "V", "u", ("u", "v", "volt", "volts", "coil voltage", "u_coil")),
@@ -91,6 +94,12 @@ FAST_INPUTS = ("current", "displacement", "angle")
 
 DRIVING: Mapping[str, int] = {"displacement": 0, "angle": 0, "velocity": 1, "angular_velocity": 1, "current": 0}
 """Channels that may drive a specimen -> the order of derivative that each is of the motion."""
+
+EXCITATIONS: Mapping[str, str] = {"force": "excitation_force", "base": "base_acceleration"}
+"""What drives a mass, as it is written -> its channel."""
+
+MOTION_OF_MASS = ("displacement", "velocity", "acceleration", "absolute_acceleration")
+"""Motion of a mass that is driven, in the order of derivatives; the last beside that of the base."""
 
 WORK_AGAINST: Mapping[str, tuple[str, str]] = {
     "flux": ("current", ""),

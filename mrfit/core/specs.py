@@ -289,6 +289,10 @@ class Form:
     held: tuple[str, ...] = ()
 
 
+SLOTS = ("input", "loop", "theta", "add", "output", "record")
+"""Slots of effects in the order in which they act."""
+
+
 @dataclass(frozen=True, slots=True)
 class EffectSpec:
     """An effect's self-description; one link of the chain round a base model.

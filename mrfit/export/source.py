@@ -11,12 +11,12 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import FLUX_RESISTANCE
-from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
+from mrfit.core.specs import SLOTS, Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
 from mrfit.signal.smoothing import TIME_CHANNEL
-from mrfit.simulate.assembly import SLOTS, Assembly, assemble
+from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.uneven import simulate_unevenly
 

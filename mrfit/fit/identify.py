@@ -261,7 +261,7 @@ def found_point(
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How to search: optimizer chain, seed, budget in evaluations and in seconds, weighting, patience, options."""
+    """How to search: chain, seed, evaluations, seconds, weighting, patience, options; ``own`` stands for a chain."""
 
     optimizer: str
     seed: int
@@ -270,11 +270,12 @@ class SearchSettings:
     weight: str
     stall: float = PATIENCE
     options: Given = ()
+    own: strategies.Strategy | None = None
 
     @property
     def strategy(self) -> strategies.Strategy:
         """The strategy that the optimizer's name and options mean."""
-        return strategies.find(self.optimizer, self.options)
+        return self.own or strategies.find(self.optimizer, self.options)
 
     def rng(self, group: str) -> np.random.Generator:
         """Return the generator of one group: the same whatever else is fitted, and by however many workers."""

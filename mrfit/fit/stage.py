@@ -17,6 +17,7 @@ from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.diagnostics.trust import drift_warnings, slope_warnings, trust
+from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
 from mrfit.fit.laws.choice import LawChoice
@@ -133,6 +134,7 @@ def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: 
     """
     if settings.forms == "evidence":
         return _in_the_form_called_for(dataset, settings, origin, progress)
+    asked, settings = settings, with_drive(settings, dataset.recordings)
     prepared = prepare(dataset, settings)
     runner = _Runner(prepared, settings, origin, progress)
     pieces = _with_borrowed(runner.fit_groups(), prepared.assembly)
@@ -141,7 +143,7 @@ def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: 
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
-    content = checked(_summary(runner, pieces, metrics))
+    content = checked(_summary(runner, asked, pieces, metrics))
     return FitOutput(content, blocks, simulated, prepared.assembly)
 
 
@@ -334,10 +336,15 @@ class _Runner:
         split = settings.per == "condition" and len({s.role for s in segments}) == 1
         group = build_group(name, segments, self.prepared.recordings, self.assembly, split)
         limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
-        search = SearchSettings(settings.optimizer, settings.seed, *limits)
-        cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
+        own = OUTPUT_ERROR_DESCENT if "@" in settings.model and settings.optimizer == "auto" else None
+        search = SearchSettings(settings.optimizer, settings.seed, *limits, own=own)
+        cube, begun = self.prepared.cube, list[dict[str, float]]()
+        if "@" in settings.model:
+            cube, begun = inverse_dynamics(group.training.parts, self.prepared.recordings, settings, cube)
+        else:
+            cube = at_scales(cube, group.training, base_of(settings.model))
         kept = kept or self._stored(name)
-        found = kept if kept and len(kept.point) == len(cube.free) else self._search(group, cube, search)
+        found = kept if kept and len(kept.point) == len(cube.free) else self._search(group, cube, search, begun)
         point = np.array(found.point)
         theta = cube.to_theta(point[None, :])[0]
         outputs, offsets = [], []
@@ -370,7 +377,7 @@ class _Runner:
         warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
         return GroupFit(replace(result, warnings=warnings), group, simulated, metrics, found)
 
-    def _search(self, group: FitGroup, cube: Cube, search: SearchSettings) -> FoundPoint:
+    def _search(self, group: FitGroup, cube: Cube, search: SearchSettings, begun: list[dict[str, float]]) -> FoundPoint:
         name = group.name
         total = search.budget or search.strategy.budget(len(cube.free))
 
@@ -380,7 +387,9 @@ class _Runner:
 
         # the searches that give starts count too
         deadline = None if search.seconds is None else time.monotonic() + search.seconds
-        starts, levels = self._starts(group, cube, search, deadline)
+        starts, levels = to_points(cube, [*begun, {}]), None
+        if not begun:
+            starts, levels = self._starts(group, cube, search, deadline)
         search = replace(search, seconds=seconds_left(deadline))
         ended = search_optimum(group, self.assembly, cube, starts, search, told)
         if group.share < 1.0:
@@ -470,7 +479,7 @@ def segment_use(part: SegmentPart, offset: float, floor: NoiseFloor) -> SegmentU
     )
 
 
-def _summary(runner: _Runner, pieces: Sequence[GroupFit], metrics: list[MetricRow]) -> Fit:
+def _summary(runner: _Runner, asked: Settings, pieces: Sequence[GroupFit], metrics: list[MetricRow]) -> Fit:
     settings, spec = runner.settings, runner.assembly.spec
     return Fit(
         name=settings.fit_name,
@@ -484,7 +493,7 @@ def _summary(runner: _Runner, pieces: Sequence[GroupFit], metrics: list[MetricRo
         segments_sha256=runner.origin.segments_sha256,
         law=law_code(settings.model),
         versions={p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
-        settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
+        settings={k: v for k, v in asdict(asked).items() if k != "jobs"},
         current_dependence=kept(runner.prepared.dependence),
         current_choice=runner.prepared.choice.about if runner.prepared.choice else None,
         output=spec.output,

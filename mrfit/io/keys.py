@@ -41,7 +41,7 @@ _IMPORT = re.compile(
 )
 _WORD = re.compile(rb"\w+")
 # Rooms whose code decides what a model gives for its parameters, and where they meet
-_LAW, _SIMULATION = ("models/", "effects/", "kernels/", "simulate/"), "simulate/assembly.py"
+_LAW, _SIMULATION = ("models/", "effects/", "kernels/", "simulate/", "driven/"), "simulate/assembly.py"
 
 
 def sources(stage: str = "") -> list[Path]:
@@ -129,7 +129,7 @@ def law_code(model: str) -> dict[str, str]:
 
 def _items_of(model: str) -> list[tuple[Kind, str]]:
     """Return the model and the effects of a written model."""
-    base, *effects = model.split("+")
+    base, *effects = model.partition("@")[0].split("+")
     return [("model", base), *(("effect", e) for e in effects)]
 
 

@@ -167,8 +167,10 @@ def bouc_wen_step(z: float, travel: float, then: Shape, here: Shape) -> float:
     if travel == 0.0:
         return z
     kappa, beta, gamma, n = here
-    limit = _EXACT * power(kappa / (beta + gamma), 1.0 / n)
-    done, h = 0.0, min(1.0, 0.2 * power(kappa / (beta + gamma), 1.0 / n) / (kappa * abs(travel)))
+    # the saturation; a loop that hardens has none
+    scale = power(kappa / (abs(beta) + abs(gamma)), 1.0 / n)
+    limit = _EXACT * scale
+    done, h = 0.0, min(1.0, 0.2 * scale / (kappa * abs(travel)))
     k1 = _slope(z, 0.0, travel, then, here)
     for _ in range(_MOST_STEPS):
         h = min(h, 1.0 - done)

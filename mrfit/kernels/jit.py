@@ -29,9 +29,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def _cache_folder() -> Path:
     package = Path(__file__).parents[1]
-    sources = [
-        s for folder in ("kernels", "models", "effects", "apply") for s in sorted((package / folder).glob("*.py"))
-    ]
+    folders = ("kernels", "models", "effects", "simulate", "driven", "apply")
+    sources = [s for folder in folders for s in sorted((package / folder).glob("*.py"))]
     key = hashlib.sha256(b"".join(s.read_bytes() for s in sources)).hexdigest()[:16]
     # a folder that is not named in full lies beside the logs, and what is compiled is code
     caches = (os.environ.get("MRFIT_CACHE", ""), os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache"))

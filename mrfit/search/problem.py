@@ -129,7 +129,8 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> SegmentBlock:
         lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
         ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
         values, warm_up = _series(drive, lead, lead + len(output) + ahead), lead
-    nodes = warm_up + np.arange(len(output))[:, None]
+    # of an excitation in its steady state all cycles are one
+    nodes = warm_up + np.arange(len(output))[:, None] % (values.shape[1] - warm_up)
     return SegmentBlock(
         segment=segment,
         drive=np.ascontiguousarray(values),

@@ -127,7 +127,7 @@ def beside_effects(starts: Sequence[Mapping[str, float]], model: str, taken: Ite
         Parameters of which the user said something; an effect with one of them is left out.
     """
     given, found = set(taken), []
-    for effect in model.split("+")[1:]:
+    for effect in model.partition("@")[0].split("+")[1:]:
         spec: EffectSpec = registry.load("effect", effect).SPEC
         names = [f"{spec.name}.{p.name}" for p in spec.params]
         if not given & set(names):

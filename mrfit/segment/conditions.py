@@ -27,6 +27,8 @@ CONDITION_UNITS: Mapping[str, tuple[float, str]] = {
     "velocity": (1e3, "mmps"),
     "angle": (1.0, "rad"),
     "angular_velocity": (1.0, "radps"),
+    "excitation_force": (1.0, "N"),
+    "base_acceleration": (1.0, "mps2"),
 }
 QUANTITIES = (*NAMING, "offset", "temperature")
 

@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import LEVEL_CHANNELS
+from mrfit.core.channels import EXCITATIONS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
+from mrfit.segment.excitation import cycles_of, waveform_of
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.signal.cycles import SteadyCycles, gaps, steady_stretches, turning_points
 from mrfit.signal.long_cycles import stretches_of
@@ -56,11 +57,14 @@ class Detection:
 def drive_channel(recording: Recording, wanted: str | None) -> str | None:
     """Return the channel that defines the test: the one asked for, or the first that moves.
 
-    A log of force or torque is a damper's: its stroke or angle comes first. Otherwise a current with coil voltage or
-    flux comes first. None if nothing fit for it moves.
+    An excitation drives a mass. A log of force or torque is a damper's: its stroke or angle comes first. Otherwise a
+    current with coil voltage or flux comes first. None if nothing fit for it moves.
     """
     if wanted is not None:
         return wanted if wanted in recording.channels else None
+    excitation = next((n for n in EXCITATIONS.values() if n in recording.channels), None)
+    if excitation:
+        return excitation
     coil = ("current",) if {"flux", "voltage"} & set(recording.channels) else ()
     damper = {"force", "torque"} & set(recording.channels)
     order = (*MOVED_DRIVES, "current") if damper else (*coil, *MOVED_DRIVES, "current")
@@ -88,6 +92,9 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     tolerance
         See ``steady_stretches``.
     """
+    if drive in EXCITATIONS.values():
+        only = (_excited(recording, drive),)
+        return Detection(replace(recording, channels={}), recording.samples, only, (), recording.samples)
     looked_at = {name: recording.channels[name] for name in (drive, *LEVEL_CHANNELS) if name in recording.channels}
     means, step = thinned(replace(recording, channels=looked_at), drive)
     found, said = _detected(means, drive, min_cycles, settle, tolerance)
@@ -95,6 +102,20 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     kept = sum(s.samples + s.warm_up for s in segments)
     findings = tuple(said + _said(recording, drive, segments, kept))
     return Detection(replace(recording, channels={}), recording.samples, segments, findings, kept)
+
+
+def _excited(recording: Recording, drive: str) -> Segment:
+    """Return a record with an excitation as one segment, see ``excitation``."""
+    values, cycles = recording.channels[drive], cycles_of(recording, drive)
+    shape: dict[str, float | str] = {
+        "waveform": "periodic" if cycles else waveform_of(values),
+        "frequency": cycles / (recording.dt * len(values)),
+        "amplitude": float(np.ptp(values)) / 2,
+        "offset": float(np.mean(values)),
+        "cycles": cycles,
+    }
+    segment = _segment(recording, drive, (0, recording.samples, 0), shape)
+    return replace(segment, id=f"{recording.id}#1")
 
 
 def _detected(

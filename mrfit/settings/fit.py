@@ -12,6 +12,7 @@ PATIENCE = 0.5
 
 Intervals = Literal["hac", "bootstrap", "profile", "posterior"]
 Forms = Literal["named", "evidence"]
+DrivenBy = Literal["none", "force", "base"]
 Options = Annotated[
     Pairs,
     Setting(
@@ -58,6 +59,11 @@ class Settings:
     per
         ``condition``: one set of parameters for each condition, its last third of cycles held out; ``all``: one set for
         all training conditions, whole conditions held out.
+    driven_by
+        ``none``: the model gives the output from the logged motion; ``force`` or ``base``: a mass hangs on it, that
+        channel ``excitation_force`` or ``base_acceleration`` drives, and its motion is the output.
+    mass
+        Its mass in kg, or ``free``.
     name
         Name of the fit; empty for MODEL.OPT (MODEL.OPT.all for a joint fit).
     seed
@@ -100,6 +106,10 @@ class Settings:
     ] = "auto"
     options: Options = ()
     per: Per = "condition"
+    driven_by: Annotated[
+        DrivenBy, Setting("Excitation that moves a mass on the model: force in, or base acceleration in, motion out.")
+    ] = "none"
+    mass: Annotated[str, Setting("Mass in kg that is driven, or free to fit it.", metavar="KG|free")] = ""
     name: Annotated[str, Setting("Name of the fit; default MODEL.OPT.", show_default=False, told=None)] = ""
     seed: Seed = 0
     budget: Budget = None

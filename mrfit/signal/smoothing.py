@@ -6,12 +6,13 @@ with slowly moving amplitude and timing (``modulation``), others by local polyno
 corners; derivatives come from the same series or the same polynomials.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import ANTIDERIVATIVES, FAST_INPUTS, LEVEL_CHANNELS
+from mrfit.core.channels import ANTIDERIVATIVES, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
@@ -37,6 +38,9 @@ RINGING = 3
 REPEAT_CHANCE, CHANCE_IF_WHITE, SERIES_EXCESS = 1e-4, 0.05, 2.0
 # A modulated series is taken where it leaves no more than this above the channel's own white noise
 MODULATED_EXCESS = 1.1
+
+# Swings of an excitation, whole cycles of it, that lead into a steady state
+LEAD_SWINGS = 60
 
 # Seconds from the record's first sample: what does not repeat with the drive depends on it
 TIME_CHANNEL = "time"
@@ -104,6 +108,8 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     DataError
         If a channel is neither recorded nor derivable.
     """
+    if names and names[0] in EXCITATIONS.values():
+        return _excited(recording, segment, names)
     begin = max(segment.start - segment.warm_up, 0)
     sources = {name: _source(recording, segment, name) for name in names if name != TIME_CHANNEL}
     frequency = _frequency(recording, segment, begin)
@@ -135,6 +141,27 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
         noise={n: c.noise for n, c in channels.items()},
         fits=tuple(fits) if len(fits) == len(names) and frequency > 0.0 else None,
     )
+
+
+def _excited(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
+    """Return an excitation as recorded; of one in its steady state one cycle, behind cycles that lead into it."""
+    source, others = _source(recording, segment, names[0])[0], names[1:]
+    values = np.asarray(recording.channels[str(source)])
+    begin, stop = max(segment.start - segment.warm_up, 0), segment.stop
+    if segment.cycles:
+        period = segment.samples // segment.cycles
+        cycle = values[segment.start : segment.start + period]
+        swings = max(np.count_nonzero(np.diff(np.signbit(cycle - cycle.mean()))) / 2, 0.5)
+        begin = segment.start - math.ceil(LEAD_SWINGS / swings) * period
+        stop = segment.start + period
+    place = np.arange(begin, stop) % len(values)
+    rows = [values]
+    if others:
+        whole = replace(segment, start=0, stop=recording.samples, warm_up=0, cycles=0)
+        rows += [*smooth(recording, whole, others).values]
+    drive = np.stack([row[place] for row in rows])
+    text = f"{names[0]} as recorded, a windowed sinc between samples" + ", in its steady state" * bool(segment.cycles)
+    return Drive(drive, segment.start - begin, recording.dt, text, dict.fromkeys(names, 0.0), None)
 
 
 def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -> None:

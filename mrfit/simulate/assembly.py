@@ -34,12 +34,10 @@ from mrfit.core.protocols import (
     ScalesParameters,
     ShapesOutput,
 )
-from mrfit.core.specs import Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
+from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.simulate.middles import apart, between, halved, middles_of
-
-SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +127,8 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
 
 
 def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
+    if "@" in name:
+        return _driven(name, dependence)
     base, *written = name.split("+")
     module = registry.load("model", base)
     effects = [registry.load("effect", e) for e in written]
@@ -157,6 +157,20 @@ def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
         far_starts=module.far_starts if isinstance(module, HasFarStarts) else None,
         alone=True,
     )
+
+
+def _driven(name: str, dependence: CurrentDependence | None) -> Assembly:
+    """Return a mass on a force model, see ``driven.motion``."""
+    # its loop is imported where something is driven only
+    from mrfit.driven.motion import response_around, spec_around, split
+
+    law = _assembled(split(name)[0], dependence)
+
+    def derived(theta: Array) -> Array:
+        return law.derived(theta[:, :-1])
+
+    simulate = response_around(law.spec, name, dependence)
+    return Assembly(name, spec_around(law.spec, name), simulate, derived, _no_start_values)
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:

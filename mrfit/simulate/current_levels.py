@@ -45,8 +45,8 @@ OUTPUTS = ("force", "torque")
 
 
 def base_of(model: str) -> Assembly:
-    """Return the base model of a written name, without effects and without dependence on current."""
-    return assemble(model.partition("+")[0])
+    """Return the base model of a written name, without effects, dependence on current, and mass that it carries."""
+    return assemble(model.partition("@")[0].partition("+")[0])
 
 
 def checked_order(model: str, text: str, per: str) -> None:

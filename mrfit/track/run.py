@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.chain import DamperChain, Trial, commit, step, trial_of
 from mrfit.apply.damper import Damper
 from mrfit.apply.stepper import Stepper
 from mrfit.core.specs import Array, Index
@@ -15,6 +14,7 @@ from mrfit.export.source import ExportSource
 from mrfit.export.tracker import TrackerPlan
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.tracking import Estimator, EstimatorPlan, begun_estimator, corrected
+from mrfit.simulate.chain import DamperChain, Trial, commit, step, trial_of
 
 # Less than any value of a parameter that counts, but not 0: an effect at its neutral values is left out
 _NEARLY = 1e-300

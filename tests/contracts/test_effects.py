@@ -10,8 +10,7 @@ from mrfit.contracts.effects import EFFECT_CHECKS, rivals_are_told_apart
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
 from mrfit.core.protocols import SLOT_FUNCTIONS
-from mrfit.core.specs import EffectSpec
-from mrfit.simulate.assembly import SLOTS
+from mrfit.core.specs import SLOTS, EffectSpec
 
 NAMES = own_names("effect")
 CASES = [(name, check) for name in NAMES for check in applying(EFFECT_CHECKS, registry.load("effect", name))]

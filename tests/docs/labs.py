@@ -4,9 +4,12 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
+from scipy.io import savemat
 from scipy.special import erf
 
+from mrfit.simulate.assembly import assemble
 from tests import commands
 from tests.batch.logs import write_log
 from tests.conftest import ROOT
@@ -163,6 +166,25 @@ def blocks_of_damper(folder: Path) -> None:
     _run(folder, "ingest logs")
 
 
+def shaker(folder: Path) -> None:
+    """Make a mass that a force drives: a record to train on in HDF5, a test of one array a file, and a fit."""
+    folder.mkdir(parents=True, exist_ok=True)
+    phase, rng = 2.0 * np.pi * np.arange(750) / 750.0, np.random.default_rng(5)
+    cycle = sum(4.0 * np.cos(k * phase + rng.uniform(0.0, 2.0 * np.pi)) for k in range(5, 80, 3))
+    law = assemble("boucwen-hardening@force")
+    values = {"c": 10.0, "k": 5e4, "x0": 0.0, "alpha": 5e4, "b": -2.2, "g": 1.6, "n": 1.0, "z0": 2e-3, "mass": 2.0}
+    motion = law.simulate(np.tile(cycle, 3)[None], law.spec.theta(values)[None], 1.0 / 750.0)[0, -750:]
+    with h5py.File(folder / "training_dynonet.h5", "w") as file:
+        file["multisine/u"] = np.tile(cycle, 3)
+        file["multisine/y"] = np.tile(motion, 3) + 1e-6 * rng.standard_normal(2250)
+    for name, signal in (("uval", cycle), ("yval", motion)):
+        savemat(folder / f"{name}_multisine.mat", {f"{name}_multisine": signal[None]})
+    page = next(b for b in blocks(ROOT / "docs/driven.md", "toml"))
+    (folder / "boucwen.toml").write_text(page.replace("0.091552734375", "1.0"))
+    _run(folder, "ingest training_dynonet.h5 --map boucwen.toml")
+    _run(folder, "fit --model boucwen-hardening --driven-by force --mass free")
+
+
 LABS: dict[str, Callable[[Path], None]] = {
     "damper": damper,
     "models": models,
@@ -175,4 +197,5 @@ LABS: dict[str, Callable[[Path], None]] = {
     "fleet": fleet,
     "rotary": rotary,
     "blocks": blocks_of_damper,
+    "shaker": shaker,
 }

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.specs import Array, EffectSpec, ModelSpec
+from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec
 from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
-from mrfit.simulate.assembly import SLOTS, assemble
+from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
 # Effects that are errors of a record, which have no form in C

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.core.channels import unit_of
+from mrfit.core.channels import EXCITATIONS, unit_of
 from mrfit.core.recording import NAMING, Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -166,7 +166,9 @@ def _from_map(record: Recording, number: int, runs: int, rules: Rules) -> dict[s
 
 
 def _drive(record: Recording) -> str:
-    return next((d for d in DRIVES if d in record.channels), "")
+    # a motion that an excitation makes is no drive
+    excited = set(EXCITATIONS.values()) & set(record.channels)
+    return next((d for d in DRIVES if d in record.channels), "") if not excited else ""
 
 
 def _measured(record: Recording, condition: Mapping[str, float]) -> dict[str, float]:

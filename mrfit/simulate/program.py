@@ -5,18 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.apply import chain as columns
-from mrfit.apply.chain import ChainPlaces, DamperChain
-from mrfit.apply.damper import Damper
-from mrfit.apply.plain import entry_for
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, LEVEL_CHANNELS
 from mrfit.core.protocols import HasStep, MovesDrive
-from mrfit.core.specs import Array
+from mrfit.core.specs import SLOTS, Array
 from mrfit.effects.temperature import REFERENCE
 from mrfit.kernels.past import RESERVED
-from mrfit.simulate.assembly import SLOTS
-from mrfit.simulate.current_dependence import coordinate, count, form_of, knee_of, logarithmic
+from mrfit.simulate import chain as columns
+from mrfit.simulate.chain import ChainPlaces, DamperChain
+from mrfit.simulate.current_dependence import CurrentDependence, coordinate, count, form_of, knee_of, logarithmic
+from mrfit.simulate.plain import entry_for
 
 # Of a channel that nobody gives: a fluid at the temperature to which parameters refer, a record's start
 DEFAULTS = {"temperature": REFERENCE, "time": 0.0}
@@ -38,15 +36,16 @@ class DamperProgram:
         Name, module and parameters (Q,) of the effects that act, in the order in which they do.
     """
 
-    def __init__(self, damper: Damper, held: bool, shortest: float) -> None:
-        base, *written = damper.model.split("+")
+    def __init__(
+        self, model: str, values: Array, dependence: CurrentDependence | None, held: bool, shortest: float
+    ) -> None:
+        base, *written = model.split("+")
         self._module = registry.load("model", base)
         modules = sorted(
             (registry.load("effect", e) for e in written), key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name)
         )
-        values = damper.theta[0]
         ends = len(values) - np.cumsum([0, *(len(m.SPEC.params) for m in reversed(modules))])[::-1]
-        self._damper, self._shortest = damper, shortest
+        self._dependence, self._shortest = dependence, shortest
         self._nodes = self._read(values[: ends[0]])
         self.effects: list[tuple[str, Any, Array]] = [
             (m.SPEC.name, m, values[a:b])
@@ -80,7 +79,7 @@ class DamperProgram:
 
     def _read(self, values: Array) -> dict[str, Array]:
         """Return the base's values by parameter, of those that depend on current at their nodes."""
-        dependence = self._damper.dependence
+        dependence = self._dependence
         orders = dict(dependence.orders) if dependence else {}
         sizes = [count(orders[p.name]) if orders.get(p.name) else 1 for p in self._module.SPEC.params]
         parts = np.split(values, np.cumsum(sizes)[:-1])
@@ -133,7 +132,7 @@ class DamperProgram:
             self._place += RESERVED + row["numbers"] + row["places"] * (row["late"] + 1)
         lagging = [r["channel"] for r in self._rows if r["kind"] == columns.INPUT and r["states"] > 0]
         ends = 2 * columns.WIRED + 2 * count
-        dependence = self._damper.dependence
+        dependence = self._dependence
         low, high = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
         places = ChainPlaces(
             number, current, count, low, high, (own[0], own[1]), (block[0], block[1]), small, self._place, held,
@@ -178,7 +177,7 @@ class DamperProgram:
 
     def _laws(self) -> tuple[Any, Any]:
         """Return the laws of current of the base's parameters, and their pieces."""
-        spec, dependence = self._module.SPEC, self._damper.dependence
+        spec, dependence = self._module.SPEC, self._dependence
         orders = dict(dependence.orders) if dependence else {}
         distinct = list(dict.fromkeys(o for o in orders.values() if o))
         laws = []

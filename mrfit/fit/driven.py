@@ -1,0 +1,179 @@
+"""Fits of a mass that a force or its base drives, in two phases.
+
+First by inverse dynamics: the law is fitted to the force that the logged motion asks for, u - m*x'', its derivatives
+those of a Fourier series as far as the excitation reaches, or of local polynomials. There begins the second, the output
+error of the free run.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.driven.motion import BAND_LIMIT, split
+from mrfit.errors import ConfigError, DataError
+from mrfit.search import run as search
+from mrfit.search.cube import Cube, cube_of
+from mrfit.search.descent import Descent
+from mrfit.search.limits import Limits
+from mrfit.search.parts import SegmentPart
+from mrfit.search.problem import LeastSquaresProblem, SegmentBlock, full_block
+from mrfit.search.starts import at_scales, data_starts, to_points
+from mrfit.settings.fit import Settings
+from mrfit.signal.smoothing import Drive, smooth
+from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_levels import base_of
+
+# Share of the excitation's largest line below which a line is none; share of its power that may lie beyond the band
+LEAST_LINE, ALIASED = 1e-2, 0.05
+# Of the two phases: evaluations for each parameter and one more, and the share of the squared cost that each may leave
+INVERSE_DESCENT = Descent(20, 1e-4, 0.0)
+OUTPUT_ERROR_DESCENT = Descent(30, 1e-7, 0.0)
+INERTIA = "inertia.m"
+# Place of the one motion that is beside that of the base
+ABSOLUTE = 3
+
+
+def with_drive(settings: Settings, recordings: Mapping[str, Recording]) -> Settings:
+    """Return settings whose model is written as a mass that is driven, where they ask for one.
+
+    Raises
+    ------
+    ConfigError
+        If the mass is neither given nor free, or given to what nothing drives.
+    DataError
+        If a log holds force and base acceleration, or no motion, or its excitation is not known between samples.
+    """
+    if settings.driven_by == "none":
+        if settings.mass:
+            raise ConfigError(f"--mass {settings.mass} is for a mass that is driven: add --driven-by force or base")
+        return settings
+    channel, logs = EXCITATIONS[settings.driven_by], list(recordings.values())
+    for log in logs:
+        if set(EXCITATIONS.values()) <= set(log.channels):
+            what = " and ".join(EXCITATIONS.values())
+            raise DataError(f"{log.source}: holds {what}, and one of them drives; leave the other out (ignore = […])")
+        if channel in log.channels:
+            _check_band(log, np.asarray(log.channels[channel]))
+    able = [log for log in logs if channel in log.channels] or logs
+    output = next((n for n in MOTION_OF_MASS if all(n in log.channels for log in able)), MOTION_OF_MASS[0])
+    fixed = settings.fixed
+    if settings.mass != "free":
+        fixed = (*fixed, ("mass", _mass_of(settings.mass)))
+    written = f"{settings.model}@{settings.driven_by}-{output.replace('_', '-')}"
+    order = "0" if settings.current_order == "auto" else settings.current_order
+    return replace(settings, name=settings.fit_name, model=written, fixed=fixed, current_order=order)
+
+
+def _mass_of(text: str) -> float:
+    try:
+        mass = float(text)
+    except ValueError:
+        mass = np.nan
+    if not 0.0 < mass < np.inf:
+        given = f"--mass {text} is no mass" if text else "a mass is driven, and none is given"
+        raise ConfigError(f"{given}: give it in kg (--mass 2.0), or fit it (--mass free)")
+    return mass
+
+
+def _check_band(log: Recording, values: Array) -> None:
+    power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(len(values)))) ** 2
+    beyond = float(power[round(2 * BAND_LIMIT * len(power)) :].sum() / max(power.sum(), 1e-300))
+    if beyond > ALIASED:
+        raise DataError(
+            f"{log.source}: {100 * beyond:.0f} % of the excitation's power lies above {BAND_LIMIT:g} of the sampling "
+            "rate, so that it is not known between samples (aliased or white): log it faster, or filtered"
+        )
+
+
+def inverse_dynamics(
+    parts: Sequence[SegmentPart], recordings: Mapping[str, Recording], settings: Settings, cube: Cube
+) -> tuple[Cube, list[dict[str, float]]]:
+    """Return the cube with the scales that the motion gives, and the start values of the law fitted to its force.
+
+    Parameters
+    ----------
+    parts
+        Training parts.
+    recordings
+        Recordings by id.
+    settings
+        Of the fit, with the drive in the model.
+    cube
+        Of the driven mass.
+    """
+    law_name, drive, output = split(settings.model)
+    mass = cube.params[-1]
+    held = len(cube.params) - 1 not in cube.free or drive == "base"
+    law = assemble(law_name if held else f"{law_name}+inertia")
+    logs = (recordings[p.segment.recording] for p in parts)
+    carried = mass.start * held
+    blocks = [_force_block(p, log, law.spec.inputs, (output, carried)) for p, log in zip(parts, logs, strict=True)]
+    names, base = set(law.spec.names), base_of(settings.model)
+    bounds = {n: (low, high) for n, low, high in settings.bounds if n in names}
+    start, fixed = ({n: v for n, v in given if n in names} for given in (settings.start, settings.fixed))
+    if not held:
+        bounds[INERTIA] = (mass.low, max(mass.high if "mass" in dict(settings.start) else 1e4, mass.low * 10))
+    own = at_scales(cube_of(law.spec, bounds, start, fixed), blocks, base)
+    points = to_points(own, data_starts(blocks, base, None, start) or [{}])
+    posed = LeastSquaresProblem(blocks, np.ones(len(blocks)), law, own)
+    rng = np.random.default_rng(settings.seed)
+    ended = search.run(posed, points, Limits(seconds=settings.seconds), rng, INVERSE_DESCENT)
+    found = dict(zip(law.spec.names, own.to_theta(ended.point[None, :])[0].tolist(), strict=True))
+    found["mass"] = found.pop(INERTIA, mass.start)
+    scaled = {p.name: p.start for p in own.params if p.fixed}
+    params = tuple(replace(p, start=scaled.get(p.name, p.start)) for p in cube.params)
+    return replace(cube, params=params), [{n: v for n, v in found.items() if n not in dict(settings.start)}]
+
+
+def _force_block(part: SegmentPart, log: Recording, inputs: Sequence[str], of: tuple[str, float]) -> SegmentBlock:
+    """Return a part with the motion in, and the force out that it asks for: u, less mass times its acceleration."""
+    segment, rows, (output, mass) = part.segment, part.drive.values, of
+    excitation, first, order = rows[0], part.drive.warm_up, MOTION_OF_MASS.index(output)
+    base = segment.drive == EXCITATIONS["base"]
+    others = (n for n in inputs if n not in MOTION_OF_MASS)
+    known = dict(zip((segment.drive, *others), rows, strict=True))
+    if segment.cycles:
+        period = rows.shape[1] - first
+        mean = np.asarray(part.output)[: segment.cycles * period].reshape(segment.cycles, period).mean(axis=0)
+        moved = _by_series(mean, excitation[-period:], order, part.dt)
+        motion = [np.resize(np.roll(v, first % period), rows.shape[1]) for v in moved]
+    else:
+        motion = _by_polynomials(part, log, order)
+    target = excitation * (not base) - mass * (motion[2] + excitation * base)
+    drive = np.stack([{**known, **dict(zip(MOTION_OF_MASS, motion, strict=False))}[n] for n in inputs])
+    return full_block(segment, Drive(drive, first, part.dt, "derivatives of the motion", {}, None), target[first:])
+
+
+def _by_series(values: Array, excitation: Array, order: int, dt: float) -> list[Array]:
+    """Return displacement, velocity and acceleration (P,) of one cycle, as far as the excitation has lines."""
+    lines = np.abs(np.fft.rfft(excitation))
+    last = int(np.flatnonzero(lines > LEAST_LINE * lines[1:].max()).max())
+    spectrum = np.fft.rfft(values - excitation if order == ABSOLUTE else values)
+    spectrum[last + 1 :] = 0.0
+    rates, mean = 2j * np.pi * np.fft.rfftfreq(len(values), dt), spectrum[0] * (order == 0)
+    rates[0] = 1.0
+    found = []
+    for k in range(3):
+        whole = spectrum * rates ** (k - min(order, 2))
+        whole[0] = mean * (k == 0)
+        found.append(np.fft.irfft(whole, len(values)))
+    return found
+
+
+def _by_polynomials(part: SegmentPart, log: Recording, order: int) -> list[Array]:
+    """Return the same of a motion that does not repeat, over part and lead-in; integrals without their trend."""
+    values = np.asarray(log.channels[MOTION_OF_MASS[order]])
+    if order == ABSOLUTE:
+        values = values - np.asarray(log.channels[part.segment.drive])
+    place = min(order, 2)
+    made = {MOTION_OF_MASS[place]: values}
+    for name in reversed(MOTION_OF_MASS[:place]):
+        path = np.cumsum(values - values.mean()) * log.dt
+        slope, level = np.polyfit(np.arange(len(path)), path, 1)
+        made[name] = values = path - slope * np.arange(len(path)) - level
+    plain = replace(part.segment, cycles=0, frequency=0.0)
+    return list(smooth(replace(log, channels=made), plain, MOTION_OF_MASS[:3]).values)
