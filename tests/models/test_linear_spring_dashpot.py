@@ -12,4 +12,4 @@ def test_loop_area_is_the_dashpots_and_the_line_the_springs() -> None:
     x, v = amplitude * np.sin(phase), amplitude * omega * np.cos(phase)
     force = response(np.stack([x, v]), np.array([[k, c, 5.0]]), 1e-3)[0]
     assert np.trapezoid(force, x) == pytest.approx(np.pi * c * omega * amplitude**2, rel=1e-6)
-    assert np.polyfit(x, force, 1) == pytest.approx([k, 5.0], rel=1e-9)
+    assert np.polyfit(x[:-1], force[:-1], 1) == pytest.approx([k, 5.0], rel=1e-9)
