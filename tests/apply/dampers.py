@@ -27,8 +27,9 @@ def controllable(name: str) -> Damper:
     varying = varying or [p for p in spec.params if p.name in ("a1", "b1")]
     for p in varying:
         del values[p.name]
-        size = p.start or 100.0
-        values |= {f"{p.name}@{i}A": size * share for i, share in (("0", 0.3), ("0.5", 0.8), ("1", 1.0))}
+        # with an exponent below 1 a loop may go on in more than one way
+        size, least = p.start or 100.0, p.low if p.name == "n" else 0.0
+        values |= {f"{p.name}@{i}A": max(size * share, least) for i, share in (("0", 0.3), ("0.5", 0.8), ("1", 1.0))}
     return damper(name, values, {p.name: 2 for p in varying})
 
 
