@@ -147,6 +147,8 @@ class Cycles:
         Cycles from the middle of these to the farther end of the record.
     dt
         Sample interval in s.
+    bounded
+        Whether the work needs a bound of its error.
     """
 
     reversals: Array
@@ -159,6 +161,7 @@ class Cycles:
     noise: float
     reach: float
     dt: float
+    bounded: bool = True
 
     @property
     def count(self) -> int:
@@ -180,8 +183,8 @@ class Cycles:
         return replace(self, force=-self.force, zero=-self.zero)
 
     def late_by(self, seconds: float) -> "Cycles":
-        """Return the cycles with the force taken as later than the displacement by so many seconds."""
-        return replace(self, time=self.time - seconds)
+        """Return the cycles with the force taken as later by so many seconds; of its work only the value is asked."""
+        return replace(self, time=self.time - seconds, bounded=False)
 
     @cached_property
     def table(self) -> dict[bool, tuple[Array, Array]]:
@@ -386,7 +389,7 @@ class Cycles:
             power = rate[k, : count + 2] * force[k, np.clip(np.arange(-1, count + 1), 0, count - 1)]
             values[k] = _integral(time[k, : count + 2], power)
             halves = (np.r_[0, first : count + 1 : 2, count + 1] for first in (1, 2))
-            thin[:, k] = [_integral(time[k, half], power[half]) for half in halves]
+            thin[:, k] = [_integral(time[k, half], power[half]) for half in halves] if self.bounded else values[k]
         noise = self.noise**2 * np.sum(weights**2, axis=1)
         # corners between samples lie at places that are alike in every cycle: half of the samples show their error
         return PerCycle(values, noise, float(np.max(np.abs(np.mean(values - thin, axis=1)))))
