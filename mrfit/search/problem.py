@@ -271,28 +271,35 @@ def residual_function(
 def _weighted(
     blocks: Sequence[SegmentBlock],
     assembly: Assembly,
-    scales: tuple[list[Array], float],
+    scales: "ResidualScales",
     simulated: Iterable[Array],
     count: int,
     every: int = 1,
 ) -> Array:
     """Return weighted residuals (P, M) of rows (P, W + M): a response in every so many, its derivatives behind it."""
-    factors, scatter = scales
-    values, place = np.empty((count, sum(len(f) for f in factors) + 1)), 0
+    values, place = np.empty((count, sum(len(f) for f in scales.factors) + 1)), 0
     values[:, -1] = 0.0
-    values[::every, -1] = scatter
-    for block, factor, rows in zip(blocks, factors, simulated, strict=True):
+    values[::every, -1] = scales.scatter
+    for block, factor, rows in zip(blocks, scales.factors, simulated, strict=True):
         _compare(block, assembly, rows, factor, every, values[:, place : place + len(factor)])
         place += len(factor)
     return values
 
 
-def _scales(blocks: Sequence[SegmentBlock], weights: Array) -> tuple[list[Array], float]:
-    """Return the factors of ``row_scales``, and the residual that stands for what no model can remove."""
+@dataclass(frozen=True)
+class ResidualScales:
+    """Factors of ``row_scales``, and the residual that stands for what no model can remove."""
+
+    factors: list[Array]
+    scatter: float
+
+
+def _scales(blocks: Sequence[SegmentBlock], weights: Array) -> ResidualScales:
+    """Return the scales of the residuals of blocks by their weights."""
     samples = sum(b.samples for b in blocks)
     rows = sum(len(b.target) for b in blocks) + 1
     scatter = np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples)
-    return row_scales(blocks, weights), float(scatter)
+    return ResidualScales(row_scales(blocks, weights), float(scatter))
 
 
 def row_scales(blocks: Sequence[SegmentBlock], weights: Array) -> list[Array]:
@@ -359,7 +366,7 @@ class LeastSquaresProblem:
         return residual_function(self.blocks, self.assembly, lambda theta: theta, self.weights)
 
     @cached_property
-    def _scales(self) -> tuple[list[Array], float]:
+    def _scales(self) -> ResidualScales:
         return _scales(self.blocks, self.weights)
 
     @cached_property

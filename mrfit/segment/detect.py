@@ -147,7 +147,7 @@ def _detected(
             continue
         piece = _irregular(recording, drive, gap, bool(stretches))
         ranges += [piece] if piece else []
-        said += _too_few(recording, drive, (gap, piece), min_cycles, tolerance)
+        said += _too_few(recording, drive, gap, piece, min_cycles, tolerance)
     return _numbered(sorted(ranges, key=lambda s: s.start), recording.id), said
 
 
@@ -238,15 +238,15 @@ def _irregular(recording: Recording, drive: str, gap: tuple[int, int], beside_pe
 def _too_few(
     recording: Recording,
     drive: str,
-    found: tuple[tuple[int, int], Segment | None],
+    stretch: tuple[int, int],
+    piece: Segment | None,
     min_cycles: int,
     tolerance: float,
 ) -> list[str]:
-    """Return a sentence where most of a range that is no periodic segment is steady cycles, only too few."""
-    (start, stop), piece = found
-    window = recording.channels[drive][start:stop]
+    """Return a sentence where most of a stretch without a periodic segment is steady cycles, only too few."""
+    window = recording.channels[drive][slice(*stretch)]
     held = recording.channels.get("current") if drive != "current" else None
-    levels = [] if held is None else [held[start:stop]]
+    levels = [] if held is None else [held[slice(*stretch)]]
     shorter = steady_stretches(window, recording.dt, levels, 2, tolerance) if min_cycles > 2 else []
     longest = max(shorter, key=lambda s: s.stop - s.start, default=None)
     if longest and 2 * (longest.stop - longest.start) > len(window):

@@ -246,7 +246,9 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
         wide = window.applied(sample, pieces, 0)
         if not long.any() or np.sqrt(np.mean((sample - wide[0])[long] ** 2)) > CALM_SHARE * span:
             break
-        found, freedom = _difference(pieces, (wide, window), (before, windows[max(number - 2, 0)]), 0)
+        found, freedom = _difference(
+            pieces, WindowEstimate(window, *wide), WindowEstimate(windows[max(number - 2, 0)], *before), 0
+        )
         usual = float(np.quantile(found[long], USUAL)) / _most_by_chance(freedom, 1.0 - USUAL)
         seen[number] = max(usual, power[number])
         slow = number > 1 and seen[number] <= SLOWLY * seen[number - 1]
@@ -257,27 +259,34 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
     return np.maximum(seen, power) if last else power
 
 
+@dataclass(frozen=True)
+class WindowEstimate:
+    """Estimates (N,) by a window, and their variances in white noise of power 1."""
+
+    window: _Window
+    values: Array
+    variances: Array
+
+
 def _difference(
     pieces: SmoothRanges,
-    wide: tuple[tuple[Array, Array], _Window],
-    narrow: tuple[tuple[Array, Array], _Window],
+    wide: "WindowEstimate",
+    narrow: "WindowEstimate",
     derivative: int,
 ) -> tuple[Array, float]:
     """Return the mean squared difference (N,) of two windows' estimates about each sample, and its degrees of freedom.
 
     It is in shares of what white noise of power 1 makes of it.
     """
-    (estimate, variance), window = wide
-    (finer, larger), narrower = narrow
-    inner, margin = window.kernel(derivative), window.half - narrower.half
+    inner, margin = wide.window.kernel(derivative), wide.window.half - narrow.window.half
     difference = inner.copy()
-    difference[margin : window.width - margin] -= narrower.kernel(derivative)
+    difference[margin : wide.window.width - margin] -= narrow.window.kernel(derivative)
     apart = float(difference @ difference)
     # The one polynomial at an end is fitted with equal weights: what it shares with any other is its own variance.
-    inside = np.abs(variance - float(inner @ inner)) <= 1e-12 * variance
-    expected = np.where(inside, apart, np.maximum(larger - variance, apart))
-    found = pieces.moving_mean((estimate - finer) ** 2 / expected, window.half)
-    return found, _freedom(difference / np.sqrt(apart), 2 * window.half + 1)
+    inside = np.abs(wide.variances - float(inner @ inner)) <= 1e-12 * wide.variances
+    expected = np.where(inside, apart, np.maximum(narrow.variances - wide.variances, apart))
+    found = pieces.moving_mean((wide.values - narrow.values) ** 2 / expected, wide.window.half)
+    return found, _freedom(difference / np.sqrt(apart), 2 * wide.window.half + 1)
 
 
 class _Ladder:
@@ -300,7 +309,9 @@ class _Ladder:
                 return mixture
             wide = window.applied(self.values, self.pieces, self.derivative)
             narrower = windows[max(number - 2, 0)]
-            found, freedom = _difference(self.pieces, (wide, window), (before, narrower), self.derivative)
+            found, freedom = _difference(
+                self.pieces, WindowEstimate(window, *wide), WindowEstimate(narrower, *before), self.derivative
+            )
             chance = window.width / (RECORDS * len(self.values))
             agree &= found <= _most_by_chance(freedom, chance) * self.power[min(number, len(self.power) - 1)]
             self._mix(mixture, last, number - 1, windows[number - 1], agree)
