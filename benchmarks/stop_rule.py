@@ -1,6 +1,6 @@
 """Stop rule on replayed logs: how often an early stop holds what the whole log says, and how much of the test it saves.
 
-    python -m benchmarks.stop_rule [--logs 34] [--seed 4200] > docs/benchmarks/stop_rule.md
+    python -m benchmarks.stop_rule [--logs 34] [--seed 5200] > docs/benchmarks/stop_rule.md
 
 Planted dampers of 40 cycles at 0.5 to 3 Hz; white noise, noise with a memory of 10 ms, or a yield force that falls by
 3 % while the damper warms.
@@ -26,11 +26,11 @@ HEAD = f"""# Stop rule
 
 Replayed tests of {CYCLES} cycles of planted dampers: tanh and bingham by turns, 0.5 to 3 Hz, {SAMPLES} samples a cycle,
 noise of 1 to 5 % of the peak force; `mrfit measure watch --within {WITHIN:g}` on all parameters that the test
-determines. `warming`: the yield force falls by 3 % with a time constant of a third of the test. `held`: early stops
+determines. Intervals include drifts. `warming`: the yield force falls by 3 % with a time constant of a third of the test. `held`: early stops
 after which every value of the whole log lies in the interval at the stop; `parameters held`: the same of parameters;
 `planted held`: how often the interval at the stop holds the planted yield force and damping; `within`: how often
 their value of the whole log is within {WITHIN:g} % of that at the stop. Early stops end before the last cycle. Seeds
-below 1 000 were for development.
+below 4 999 were for development; this page is of seed 5 200 on.
 
 | kind | logs | early stops | held (%) | parameters held (%) | within (%) | planted held (%) | saved, median (%) |
 |---|---|---|---|---|---|---|---|"""
@@ -66,7 +66,7 @@ def stop(record: Recording, model: str) -> tuple[LookAtTest, LookAtTest]:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--logs", type=int, default=34)
-    parser.add_argument("--seed", type=int, default=4200)
+    parser.add_argument("--seed", type=int, default=5200)
     given = parser.parse_args()
     print(HEAD)
     for place, kind in enumerate(KINDS):

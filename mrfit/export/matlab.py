@@ -83,6 +83,7 @@ def _tracker(plan: TrackerPlan) -> dict[str, str]:
         "begun": _struct({n: _rows(v) if v.ndim < 3 else f"zeros{v.shape}" for n, v in begun.items()}),
         "constants": _struct({n: _rows(v) for n, v in plan.constants._asdict().items()}),
         "prior": _struct(_rows(plan.prior)),
+        "held": _struct(_rows(plan.held)),
         "differences": _struct(_rows(plan.column("difference"))),
         "means": _struct(_rows(plan.column("value"))),
         "deviations": _struct(_rows(plan.column("deviation"))),

@@ -33,7 +33,7 @@ class TrackedParameter:
     name, unit
         Its name and its unit; those of a factor on values at several currents are the parameter's name and 1.
     value, deviation
-        Mean and standard deviation of the prior.
+        Mean and standard deviation of the prior, all other parameters known.
     span
         Size to which changes are compared.
     low, high
@@ -68,6 +68,8 @@ class TrackerPlan:
         Those that are tracked, T.
     prior
         Correlations of their prior (T, T).
+    held
+        Covariance (T, T), SI, that the errors of parameters which are not tracked bring, on motions like the fit's.
     deviation, correlated
         Standard deviation of the fit's residual and its integrated correlation time in s.
     standing
@@ -76,6 +78,7 @@ class TrackerPlan:
 
     parameters: tuple[TrackedParameter, ...]
     prior: Array
+    held: Array
     deviation: float
     correlated: float
     standing: tuple[tuple[str, float], ...]
@@ -126,7 +129,7 @@ def plan_of(source: ExportSource, names: Sequence[str]) -> TrackerPlan:
     places = [_places(source, name) for name in dict.fromkeys(names)]
     flat = [k for own in places for k in own]
     spans = np.abs(source.theta[flat])
-    covariance = _covariance(source, flat, spans)
+    covariance, alone = _covariances(source, flat, spans)
     spans = np.maximum(spans, 3.0 * np.sqrt(np.diag(covariance)))
     found, columns = list[TrackedParameter](), np.zeros((len(flat), len(places)))
     for k, (name, own) in enumerate(zip(dict.fromkeys(names), places, strict=True)):
@@ -139,11 +142,14 @@ def plan_of(source: ExportSource, names: Sequence[str]) -> TrackerPlan:
         unit, value, span = ("1", 1.0, 1.0) if factor else (params[0].unit, float(values[0]), float(spans[rows[0]]))
         found.append(TrackedParameter(name, unit, value, 0.0, span, low, high, own, factor))
     # a factor common to several values is what their covariance says of it when all have it
-    common = np.linalg.inv(columns.T @ np.linalg.solve(covariance, columns))
-    deviations = np.sqrt(np.diag(common))
+    common, narrow = (np.linalg.inv(columns.T @ np.linalg.solve(c, columns)) for c in (covariance, alone))
+    deviations = np.sqrt(np.diag(narrow))
+    sizes, axes = np.linalg.eigh(common - narrow)
+    held = (axes * np.maximum(sizes, 0.0)) @ axes.T
     tracked = tuple(replace(p, deviation=float(d)) for p, d in zip(found, deviations, strict=True))
     deviation, correlated = _noise(source)
-    return TrackerPlan(tracked, common / np.outer(deviations, deviations), deviation, correlated, _standing(source))
+    prior = narrow / np.outer(deviations, deviations)
+    return TrackerPlan(tracked, prior, held, deviation, correlated, _standing(source))
 
 
 def _names(source: ExportSource) -> list[str]:
@@ -163,22 +169,30 @@ def _places(source: ExportSource, name: str) -> tuple[int, ...]:
     return own
 
 
-def _covariance(source: ExportSource, places: Sequence[int], spans: Array) -> Array:
-    """Return the covariance of the fit (K, K) at places of the parameters; of those left open a tenth of their size."""
+def _covariances(source: ExportSource, places: Sequence[int], spans: Array) -> tuple[Array, Array]:
+    """Return the covariance of the fit (K, K) at places of the parameters, and that where all others are known.
+
+    Of those that the fit leaves open it is a tenth of their size.
+    """
     result = next(r for r in source.content.results if r.condition == source.condition)
     stored, names = result.covariance, [source.spec.names[k] for k in places]
     wide = [_OPEN * s or _OPEN * source.spec.params[k].high for k, s in zip(places, spans.tolist(), strict=True)]
     found = np.diag(np.square(wide))
     if stored is None:
-        return found
+        return found, found
     at = [stored.names.index(n) if n in stored.names else -1 for n in names]
     scale = [source.theta[k] if j >= 0 and stored.log[j] else 1.0 for k, j in zip(places, at, strict=True)]
-    for a, i in enumerate(at):
-        for b, j in enumerate(at):
-            if i >= 0 and j >= 0:
-                found[a, b] = stored.rows[i][j] * scale[a] * scale[b]
-    found += np.diag(np.square(1e-6 * np.maximum(spans, 1e-300)))
-    return found
+    known, rows = [a for a, j in enumerate(at) if j >= 0], np.array(stored.rows).reshape(2 * [len(stored.names)])
+    mine = [at[a] for a in known]
+    rest = [j for j in range(len(stored.names)) if j not in mine]
+    size = np.sqrt(np.maximum(np.diag(rows), 1e-300))[rest]
+    shared, others = rows[np.ix_(mine, rest)] / size, rows[np.ix_(rest, rest)] / np.outer(size, size)
+    by_others = shared @ np.linalg.pinv(others, hermitian=True) @ shared.T
+    alone, sizes = found.copy(), np.outer([scale[a] for a in known], [scale[a] for a in known])
+    found[np.ix_(known, known)] = rows[np.ix_(mine, mine)] * sizes
+    alone[np.ix_(known, known)] = (rows[np.ix_(mine, mine)] - by_others) * sizes
+    least = np.diag(np.square(1e-6 * np.maximum(spans, 1e-300)))
+    return found + least, alone + least
 
 
 def _noise(source: ExportSource) -> tuple[float, float]:

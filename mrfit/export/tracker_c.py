@@ -35,7 +35,7 @@ class TrackerFields:
         Number of filters.
     state, constants
         Fields of the estimator and of its constants: names, extents, and values of the latter.
-    prior, differences, means, deviations
+    prior, held, differences, means, deviations
         Of the parameters, as initializers.
     standing
         Inputs, and the rates below which the damper stands.
@@ -46,6 +46,7 @@ class TrackerFields:
     state: list[tuple[str, str]]
     constants: list[tuple[str, str, str]]
     prior: str
+    held: str
     differences: str
     means: str
     deviations: str
@@ -65,6 +66,7 @@ def tracker_fields(plan: TrackerPlan, base: Sequence[BaseField], effects: Sequen
         state=[(name, _extents(value)) for name, value in state.items()],
         constants=[(name, _extents(value), _initializer(value)) for name, value in constants.items()],
         prior=_initializer(plan.prior),
+        held=_initializer(plan.held),
         differences=values["difference"],
         means=values["value"],
         deviations=values["deviation"],

@@ -28,6 +28,8 @@ BEHIND = -1.0
 # Evidence in nats at which a filter that is not chosen is as likely as the one that is, where one of both has constant
 # parameters, and where all move
 AS_LIKELY, BOTH_MOVE = 5.0, 2.0
+# Logarithm of the share of a filter below which it is left out
+UNLIKELY = -4.5
 # Logarithm of the share of 5 % that lies outside of a band
 OUTSIDE_BAND = -3.0
 # Factor of the variance of a moving parameter with which it is taken to be constant from now on
@@ -143,8 +145,10 @@ def _doubted(t: Any, plan: Any) -> None:
     chosen, total = int(t.chosen[0]), 1.0
     for m in range(len(t.evidence)):
         rare = AS_LIKELY if m == 0 or chosen == 0 else BOTH_MOVE
-        t.likelihood[m] = 0.0 if m == chosen else math.exp(t.evidence[m] - rare)
-        total += t.likelihood[m]
+        t.likelihood[m] = 0.0
+        if m != chosen and t.evidence[m] > rare + UNLIKELY:
+            t.likelihood[m] = math.exp(t.evidence[m] - rare)
+            total += t.likelihood[m]
     for k in range(len(t.gain)):
         weight, spread = 0.0, 0.0
         for m in range(len(t.evidence)):

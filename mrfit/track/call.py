@@ -191,7 +191,7 @@ def _in_numbers(recording: Recording, found: ParameterTrack, blocks: BlockRefits
             name=p.name,
             unit=p.unit,
             fit=p.value,
-            fit_deviation=p.deviation,
+            fit_deviation=float(np.hypot(p.deviation, np.sqrt(found.plan.held[k, k]))),
             least=float(found.values[:, k].min()),
             greatest=float(found.values[:, k].max()),
             end=float(found.values[-1, k]),

@@ -107,7 +107,7 @@ def _placed(chain: DamperChain, models: ParallelModels, estimate: Array, lane: i
 def _follow(
     chain: DamperChain, models: ParallelModels, log: TrackerLog, t: Estimator, plan: EstimatorPlan, found: Array
 ) -> None:
-    """Write estimates, their standard deviations, innovation and filter chosen, (N, 2T + 2), of every sample."""
+    """Write estimates, their variances, innovation and filter chosen, (N, 2T + 2), of every sample."""
     size = len(t.estimate)
     outputs, sensitivity = np.empty(size + 1), np.empty(size)
     room = trial_of(chain, models.states[0], log.given[0])
@@ -126,7 +126,7 @@ def _follow(
         chosen = int(t.chosen[0])
         for k in range(size):
             found[n, k] = models.mean[k] + models.deviation[k] * t.estimate[k]
-            found[n, size + k] = models.deviation[k] * np.sqrt(t.covariance[chosen, k, k] + t.doubt[k])
+            found[n, size + k] = models.deviation[k] ** 2 * (t.covariance[chosen, k, k] + t.doubt[k])
         found[n, 2 * size], found[n, 2 * size + 1] = error, chosen
 
 
@@ -175,8 +175,8 @@ def track_log(
         plan,
         np.cumsum(steps),
         found[:, :size],
-        found[:, size : 2 * size],
-        (t.covariance[int(t.chosen[0])] + np.diag(t.doubt)) * np.outer(scale, scale),
+        np.sqrt(found[:, size : 2 * size] + np.diag(plan.held)),
+        (t.covariance[int(t.chosen[0])] + np.diag(t.doubt)) * np.outer(scale, scale) + plan.held,
         found[:, 2 * size],
         found[:, -1],
         moves,

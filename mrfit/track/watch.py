@@ -2,6 +2,9 @@
 
 A test may stop when the 95 % interval of every parameter that counts is within a share of the value, at two looks
 running. The half-width falls with the root of the number of cycles N, so that about N (h / target)^2 are needed.
+
+Intervals include what a parameter drifts, as far again as it did: the difference between both halves of the test, drawn
+to 0 by a prior of ``DRIFT`` of what was asked for.
 """
 
 import math
@@ -20,6 +23,10 @@ from mrfit.settings.watch import Settings
 
 CYCLES_BETWEEN = 0.05
 """Share of the cycles so far after which a test is looked at again: all looks cost as much as some tens of fits."""
+DRIFT = 0.25
+"""Standard deviation of a drift before the test is seen, as a share of the half-width that was asked for."""
+# Standard deviations in the half-width of a 95 % interval
+_HALF = 1.96
 
 
 @dataclass(frozen=True)
@@ -133,14 +140,15 @@ def watch(records: Iterable[Recording], model: str, rule: Settings) -> Iterator[
 
 def look(record: Recording, cycles: int, model: str, rule: Settings) -> LookAtTest:
     """Return the parameters by a fit of the test so far."""
-    results = fit(record, model, per="all", holdout="none", progress=False).content.results
-    found = [p for result in results for p in result.parameters if not p.fixed]
+    found = _fitted(record, model)
     asked = {n for n in rule.parameters if n}
     names = {n for p in found for n in (p.name, p.name.partition("@")[0])}
     if unknown := sorted(asked - names):
         raise ConfigError(f"--parameters: {model} has no '{unknown[0]}'; it has {', '.join(sorted(names))}")
     counting = [p for p in found if asked & {p.name, p.name.partition("@")[0]}] if asked else []
     counting = counting or [p for p in found if p.determined is State.WELL]
+    if max((_share(p, rule.within) for p in counting), default=math.inf) <= 1.0:
+        counting = _drifting(counting, record, model, rule.within)
     shares = [_share(p, rule.within) for p in counting]
     values = [
         WatchedValue(p.name, p.unit, p.value, p.low, p.high, s <= 1.0) for p, s in zip(counting, shares, strict=True)
@@ -150,11 +158,50 @@ def look(record: Recording, cycles: int, model: str, rule: Settings) -> LookAtTe
     return LookAtTest(cycles, record.samples * record.dt, values, worst <= 1.0, needed)
 
 
+def _fitted(record: Recording, model: str) -> list[Quantity]:
+    results = fit(record, model, per="all", holdout="none", progress=False).content.results
+    return [p for result in results for p in result.parameters if not p.fixed]
+
+
+def _drifting(found: list[Quantity], record: Recording, model: str, within: float) -> list[Quantity]:
+    """Return parameters whose intervals include what they drift, by fits of both halves of the test."""
+    halves = list[dict[str, Quantity]]()
+    for half in (slice(None, record.samples // 2), slice(record.samples // 2, None)):
+        part = replace(record, channels={n: v[half] for n, v in record.channels.items()})
+        try:
+            halves.append({p.name: p for p in _fitted(part, model)})
+        except DataError:  # too short by itself
+            halves.append({})
+    return [_widened(p, [h.get(p.name) for h in halves], DRIFT * _asked(p, within)) for p in found]
+
+
+def _widened(whole: Quantity, halves: list[Quantity | None], prior: float) -> Quantity:
+    """Return a parameter whose interval includes a drift, of a standard deviation that is expected."""
+    mean, variance = 0.0, prior**2
+    widths = [math.inf if p is None else _half_width(p) for p in halves]
+    if halves[0] and halves[1] and math.isfinite(sum(widths)):
+        # along the whole test twice what its halves differ by
+        seen = 4.0 * (widths[0] ** 2 + widths[1] ** 2) / _HALF**2
+        share = variance / (variance + seen)
+        mean, variance = share * 2.0 * (halves[1].value - halves[0].value), share * seen
+    drift = _HALF**2 * (mean**2 + variance)
+    if whole.low is None or whole.high is None:
+        return whole
+    down, up = (math.hypot(end - whole.value, math.sqrt(drift)) for end in (whole.low, whole.high))
+    return replace(whole, low=whole.value - down, high=whole.value + up)
+
+
 def _share(parameter: Quantity, within: float) -> float:
     """Return the half-width of an interval over what it may be, in percent of the value; infinity for an open one."""
+    asked = _asked(parameter, within)
+    return _half_width(parameter) / asked if asked else math.inf
+
+
+def _asked(parameter: Quantity, within: float) -> float:
+    """Return the half-width that is asked for; an offset may be zero."""
+    return 0.01 * within * max(abs(parameter.value), SLIGHT / POOR * (parameter.added_to or 0.0))
+
+
+def _half_width(parameter: Quantity) -> float:
     low, high = parameter.low, parameter.high
-    # an offset may be zero
-    scale = max(abs(parameter.value), SLIGHT / POOR * (parameter.added_to or 0.0))
-    if low is None or high is None or not math.isfinite(high - low) or scale == 0.0:
-        return math.inf
-    return (high - low) / 2.0 / (0.01 * within * scale)
+    return math.inf if low is None or high is None or not math.isfinite(high - low) else (high - low) / 2.0
