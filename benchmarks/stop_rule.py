@@ -26,11 +26,11 @@ HEAD = f"""# Stop rule
 
 Replayed tests of {CYCLES} cycles of planted dampers: tanh and bingham by turns, 0.5 to 3 Hz, {SAMPLES} samples a cycle,
 noise of 1 to 5 % of the peak force; `mrfit measure watch --within {WITHIN:g}` on all parameters that the test
-determines. Intervals include drifts. `warming`: the yield force falls by 3 % with a time constant of a third of the test. `held`: early stops
-after which every value of the whole log lies in the interval at the stop; `parameters held`: the same of parameters;
-`planted held`: how often the interval at the stop holds the planted yield force and damping; `within`: how often
-their value of the whole log is within {WITHIN:g} % of that at the stop. Early stops end before the last cycle. Seeds
-below 4 999 were for development; this page is of seed 5 200 on.
+determines. Intervals include what a parameter drifts. `warming`: the yield force falls by 3 % with a time constant of
+a third of the test. `held`: early stops after which every value of the whole log lies in the interval at the stop;
+`parameters held`: the same of parameters; `planted held`: how often the interval at the stop holds the planted yield
+force and damping; `within`: how often their value of the whole log is within {WITHIN:g} % of that at the stop. Early
+stops end before the last cycle. Seeds below 4 999 were for development; this page is of seed 5 200 on.
 
 | kind | logs | early stops | held (%) | parameters held (%) | within (%) | planted held (%) | saved, median (%) |
 |---|---|---|---|---|---|---|---|"""
