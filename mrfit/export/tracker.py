@@ -184,7 +184,7 @@ def _covariances(source: ExportSource, places: Sequence[int], spans: Array) -> t
     scale = [source.theta[k] if j >= 0 and stored.log[j] else 1.0 for k, j in zip(places, at, strict=True)]
     known, rows = [a for a, j in enumerate(at) if j >= 0], np.array(stored.rows).reshape(2 * [len(stored.names)])
     mine = [at[a] for a in known]
-    rest = [j for j in range(len(stored.names)) if j not in mine]
+    rest = [j for j, n in enumerate(stored.names) if n in source.spec.names and j not in mine]
     size = np.sqrt(np.maximum(np.diag(rows), 1e-300))[rest]
     shared, others = rows[np.ix_(mine, rest)] / size, rows[np.ix_(rest, rest)] / np.outer(size, size)
     by_others = shared @ np.linalg.pinv(others, hermitian=True) @ shared.T

@@ -29,6 +29,31 @@ def test_the_plan_is_what_fit_and_logs_say() -> None:
     assert name == "velocity" and 0.0 < rate < 0.1 * np.abs(motion(4.0)["velocity"]).max()
 
 
+def test_bands_include_errors_of_parameters_that_are_held() -> None:
+    source, share = fitted(), 0.6
+    stored = source.content.results[0].covariance
+    assert stored is not None
+    rows, size = np.array(stored.rows), len(stored.names) + 1
+    first, other = stored.names.index("fy"), stored.names.index("a1")
+    rows[first, other] = rows[other, first] = share * np.sqrt(rows[first, first] * rows[other, other])
+    # a quantity that is made of parameters is none that is held
+    derived = np.zeros((size, size))
+    derived[:-1, :-1] = rows
+    derived[-1] = derived[:, -1] = [*rows[first], rows[first, first]]
+    wider = replace(
+        stored,
+        names=[*stored.names, "yield"],
+        roles=[*stored.roles, ""],
+        log=[*stored.log, True],
+        rows=derived.tolist(),
+    )
+    results = [replace(source.content.results[0], covariance=wider)]
+    plan = plan_of(replace(source, content=replace(source.content, results=results)), ("fy",))
+    whole = SHARE * VALUES["fy"]
+    assert plan.parameters[0].deviation == pytest.approx(np.sqrt(1.0 - share**2) * whole, rel=1e-4)
+    assert np.sqrt(plan.held[0, 0]) == pytest.approx(share * whole, rel=1e-4)
+
+
 def textbook(start: Array, spread: Array, rows: Array, values: Array, variance: float) -> tuple[Array, Array]:
     """Kalman's filter of constants: means (N, T) and covariances (N, T, T)."""
     x, p, found = start.copy(), spread.copy(), list[tuple[Array, Array]]()
