@@ -151,8 +151,8 @@ def _doubted(t: Any, plan: Any) -> None:
             total += t.likelihood[m]
     for k in range(len(t.gain)):
         weight, spread = 0.0, 0.0
-        for m in range(len(t.evidence)):
-            if plan.walk[m, k] > 0.0:
+        for m in range(len(t.evidence) if total > 1.0 else 0):
+            if t.likelihood[m] > 0.0 and plan.walk[m, k] > 0.0:
                 off = t.mean[m, k] - t.mean[chosen, k]
                 weight += t.likelihood[m]
                 spread += t.likelihood[m] * (t.covariance[m, k, k] + off * off)
