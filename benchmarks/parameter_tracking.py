@@ -282,7 +282,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "|---|---|---|---|---|---|---|",
         *steady,
         "",
-        "Times of a step in C at -O2, best of five runs of 50 000 steps, in ns of processor time; other processes ran beside.",
+        "Times of a step in C at -O2, best of five runs of 50 000 steps, in ns of processor time; others ran beside.",
         "",
         "| model | tracked | model alone | tracker | tracker in float |",
         "|---|---|---|---|---|",
