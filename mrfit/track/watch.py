@@ -172,10 +172,10 @@ def _drifting(found: list[Quantity], record: Recording, model: str, within: floa
             halves.append({p.name: p for p in _fitted(part, model)})
         except DataError:  # too short by itself
             halves.append({})
-    return [_widened(p, [h.get(p.name) for h in halves], DRIFT * _asked(p, within)) for p in found]
+    return [widened(p, [h.get(p.name) for h in halves], DRIFT * _asked(p, within)) for p in found]
 
 
-def _widened(whole: Quantity, halves: list[Quantity | None], prior: float) -> Quantity:
+def widened(whole: Quantity, halves: list[Quantity | None], prior: float) -> Quantity:
     """Return a parameter whose interval includes a drift, of a standard deviation that is expected."""
     mean, variance = 0.0, prior**2
     widths = [math.inf if p is None else _half_width(p) for p in halves]

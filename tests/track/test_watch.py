@@ -9,8 +9,9 @@ from typer.testing import CliRunner
 from mrfit.api.recordings import Recording
 from mrfit.cli.main import app
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.fit import Quantity
 from mrfit.settings.watch import Settings
-from mrfit.track.watch import LookAtTest, WatchedValue, replayed, watch
+from mrfit.track.watch import LookAtTest, WatchedValue, replayed, watch, widened
 
 FY, C = 250.0, 900.0
 
@@ -48,6 +49,19 @@ def test_values_of_another_look_that_an_interval_does_not_hold_are_named() -> No
     assert look(1.5, 1.0).missed(look(1.9, None)) == set()
     assert look(1.5, 1.0).missed(look(2.1, None)) == {"c"}
     assert look(1.5, None).missed(look(2.1, None)) == set()
+
+
+def test_an_interval_includes_what_the_parameter_drifts() -> None:
+    def quantity(value: float, half: float) -> Quantity:
+        return Quantity(name="fy", value=value, low=value - half, high=value + half)
+
+    whole, prior = quantity(100.0, 0.1), 1.0
+    exact = widened(whole, [quantity(101.0, 1e-6), quantity(99.0, 1e-6)], prior)
+    assert exact.high is not None and exact.high - 100.0 == pytest.approx(np.hypot(0.1, 1.96 * 4.0), rel=1e-6)
+    # what tells nothing of a drift leaves that which is expected before
+    for halves in ([None, quantity(99.0, 1e-6)], [quantity(101.0, 1e6), quantity(99.0, 1e6)]):
+        open_one = widened(whole, halves, prior)
+        assert open_one.low is not None and 100.0 - open_one.low == pytest.approx(np.hypot(0.1, 1.96), rel=1e-6)
 
 
 def test_what_cannot_be_watched_is_said() -> None:
