@@ -70,7 +70,7 @@ class Row:
     words
         What stands in the page in place of the numbers, for claims in words.
     rigs
-        Whether it agrees on each other rig.
+        Whether it agrees on each other rig; None on one that does not run it.
     under
         What the checks made of it.
     """
@@ -82,7 +82,7 @@ class Row:
     kind: str = ""
     rule: str = ""
     words: tuple[str, str] | None = None
-    rigs: list[bool] = field(default_factory=list)
+    rigs: list[bool | None] = field(default_factory=list)
     under: list[Outcome] = field(default_factory=list)
 
 
@@ -167,9 +167,13 @@ class Study:
         return [r for t in self.tables for r in t.rows if r.kind == kind]
 
     def agreeing(self, kind: str) -> list[int]:
-        """Return how many rows of a kind agree on each rig; a row that other rigs do not run counts as on the first."""
-        rows = self.compared(kind)
-        return [sum(bool([r.agrees, *r.rigs][k if r.rigs else 0]) for r in rows) for k in range(1 + len(self.rigs))]
+        """Return how many rows of a kind agree on each rig; a row that a rig does not run counts as on the first."""
+
+        def on(rig: int, row: Row) -> bool:
+            other = row.rigs[rig - 1] if rig and row.rigs else None
+            return bool(row.agrees if other is None else other)
+
+        return [sum(on(k, row) for row in self.compared(kind)) for k in range(1 + len(self.rigs))]
 
     def beside(self, rigs: Mapping[str, list[Table]], checks: Mapping[str, list[Table]]) -> "Study":
         """Return the study with what other rigs and checks made of its rows."""
@@ -185,7 +189,7 @@ class Study:
                 for k, o in enumerate(outcomes, 1)
                 if not row.agrees and (r := o.get(at))
             ]
-            return replace(row, rigs=[bool(o[at].agrees) for o in others if at in o], under=under)
+            return replace(row, rigs=[bool(o[at].agrees) if at in o else None for o in others], under=under)
 
         return self._joined(joined, list(rigs), list(checks))
 
@@ -269,7 +273,7 @@ def verdict(row: Row, study: Study) -> str:
     """Return the last cell of a row."""
     if row.agrees is None:
         return ""
-    rigs = [row.agrees, *row.rigs]
+    rigs = [bool(one) for one in (row.agrees, *row.rigs) if one is not None]
     on = f", on {sum(rigs)} of {len(rigs)} rigs" if row.rigs and sum(rigs) not in (0, len(rigs)) else ""
     return f"agrees{on}" if row.agrees else f"differs{on}; {reason(row)}"
 

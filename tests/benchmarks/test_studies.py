@@ -1,5 +1,6 @@
 """The papers' claims, on the committed results of the studies; the studies themselves are long and marked so."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -54,6 +55,9 @@ def test_counts_are_those_of_the_median_rig_and_reasons_those_of_the_nearest_che
     rigs = {"other": planted(1.0, 1.0, 1.0), "third": planted(1.0, 1.0, 9.0)}
     found = study.beside(rigs, {"less": planted(1.0, 1.3, 2.9), "more": planted(9.0, 1.05, 3.0)})
     assert found.agreeing("number") == [1, 3, 2]
+    # a row that a rig does not run counts as on the first
+    part = [replace(t, rows=t.rows[1:]) for t in planted(9.0, 1.0, 1.0)]
+    assert study.beside({"other": part, "none": []}, {}).agreeing("number") == [1, 3, 1]
     assert "| 2 of 3 |" in markdown([found])
     same, near, far = found.tables[0].rows
     assert same.under == [] and "agrees under check 2: 1.05" in reason(near)
