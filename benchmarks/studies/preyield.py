@@ -15,7 +15,7 @@ from benchmarks.studies.figures import Curve, Panel, draw
 from benchmarks.studies.page import Row, Rule, Study, Table, claim, compare, within
 from benchmarks.studies.runs import Place, errors, fit_file, parameters, pipeline, published, value
 from datasets.studies.preyield import AMPLITUDES, SLOW, SLOW_FREQUENCY, Rig
-from mrfit.apply.car import Car, Control, Timing, drive
+from mrfit.apply.car import Car, Control, Timing, drive, rms
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.roads import Bump
 from mrfit.apply.stepper import Stepper
@@ -198,7 +198,7 @@ def ride_table(dampers: Dampers, step: float = STEP) -> Table:
     """Return Tables 3-4: rms of the sprung acceleration under on-off skyhook."""
     car, timing = Car(500.0, 0.0, 78e3), Timing(step, 1)
     rides = {
-        key: drive(Stepper(d), car, [(Control("skyhook-on-off"), Bump())], timing)[0].rms_acceleration()
+        key: rms(drive(Stepper(d), car, [(Control("skyhook-on-off"), Bump())], timing)[0].acceleration)
         for key, d in dampers.items()
     }
     rows = []

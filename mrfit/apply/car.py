@@ -155,13 +155,6 @@ class Ride:
     current: Array
     field: Array
 
-    def rms_acceleration(self, since: float = 0.0) -> float:
-        """Return the rms of the sprung acceleration in m/s^2 at the steps from a time in s on.
-
-        Half-way between steps lies a stage, which is no point of the solution where the force jumps.
-        """
-        return rms(self.acceleration[::2][self.time[::2] >= since])
-
 
 def rms(values: Array) -> float:
     """Return the root mean square."""

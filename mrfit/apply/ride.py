@@ -262,7 +262,7 @@ def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> RideRow:
         road=ride.road.name,
         control=ride.control.name,
         lag=lag,
-        acceleration=ride.rms_acceleration(ride.road.settled),
+        acceleration=rms(ride.acceleration[on]),
         tyre_load=rms(load) / static if rolling else float("nan"),
         least_load=1.0 - float(np.max(load)) / static if rolling else float("nan"),
         travel=rms(travel),

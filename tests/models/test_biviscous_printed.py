@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.apply.car import Car, Control, Timing, drive
+from mrfit.apply.car import Car, Control, Timing, drive, rms
 from mrfit.apply.roads import Bump
 from mrfit.apply.stepper import Stepper
 from mrfit.models import biviscous
@@ -52,4 +52,5 @@ def test_the_printed_parameters_give_the_printed_ride() -> None:
         damper = ride_damper("biviscous-printed", fit)
         pair = (Control("skyhook-on-off"), Bump())
         ride = drive(Stepper(damper), Car(500.0, 0.0, 78e3), [pair], Timing(4e-4, 1))[0]
-        assert ride.rms_acceleration() == pytest.approx(printed, rel=0.015)
+        # at the steps: between them the force jumps back and forth
+        assert rms(ride.acceleration[::2]) == pytest.approx(printed, rel=0.015)
