@@ -19,7 +19,7 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint docs test-fmu test-browser test-slow bench studies studies-long studies-checks discovery-benchmark batch datasets clean
+.PHONY: help setup demo demo-discover test lint docs test-fmu test-browser test-slow bench benchmarks-public studies studies-long studies-checks discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       find what a model of a damper lacks and fit it, then a coil; say where report and picture lie'
@@ -102,6 +102,9 @@ test-slow: test-fmu $(VENV)/dask-installed
 
 bench: setup
 	$(BIN)/python -m benchmarks
+
+benchmarks-public: setup
+	$(BIN)/python -m benchmarks.public_benchmarks > docs/public_benchmarks.md
 
 studies: setup
 	$(BIN)/python -m benchmarks.studies --work $(STUDIES)

@@ -101,6 +101,9 @@ EXCITATIONS: Mapping[str, str] = {"force": "excitation_force", "base": "base_acc
 MOTION_OF_MASS = ("displacement", "velocity", "acceleration", "absolute_acceleration")
 """Motion of a mass that is driven, in the order of derivatives; the last beside that of the base."""
 
+UNIT_NEEDED = ("base_acceleration", "absolute_acceleration")
+"""Channels that no column without a unit is mapped to."""
+
 WORK_AGAINST: Mapping[str, tuple[str, str]] = {
     "flux": ("current", ""),
     "current": ("flux", ""),

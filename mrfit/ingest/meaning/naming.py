@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import CHANNELS, LARGEST, unit_of
+from mrfit.core.channels import CHANNELS, LARGEST, UNIT_NEEDED, unit_of
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -146,6 +146,12 @@ def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
     if rule.unit is None and rule.scale != 1.0:
         written = None  # a scale turns the file's unit into another one
     target = unit_of(name)
+    if written is None and rule.scale == 1.0 and name in UNIT_NEEDED:
+        raise Refusal(
+            path,
+            f"column '{column.name}' has no unit, and an acceleration may be in g or in {target}",
+            f'write which in the channel map: [channels] {name} = {{column = "{column.name}", unit = "g"}}',
+        )
     unit = written if written is not None else (target or "1")
     conversion = _conversion(name, unit, target, path)
 

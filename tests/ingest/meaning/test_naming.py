@@ -232,3 +232,12 @@ def test_a_map_may_say_pounds() -> None:
     )
     signals, _ = name_signals(_columns(("CH1", None), ("CH2", None)), rules, "log.csv")
     assert [float(s.values[1]) for s in signals] == [pytest.approx(4.4482216), pytest.approx(2 * 1.3558179)]
+
+
+def test_a_base_acceleration_without_a_unit_is_refused_and_one_in_g_is_read() -> None:
+    rules = Rules(channels={"base_acceleration": ChannelRule(column="acc")})
+    with pytest.raises(Refusal, match=r"'acc' has no unit, and an acceleration may be in g or in m/s\^2; write which"):
+        name_signals(_columns(("acc", None)), rules, "log.csv")
+    in_g = Rules(channels={"base_acceleration": ChannelRule(column="acc", unit="g")})
+    (signal,), _ = name_signals(_columns(("acc", None)), in_g, "log.csv")
+    assert np.asarray(signal.values[0:4]) == pytest.approx(9.80665 * np.arange(4.0))
