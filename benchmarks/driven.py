@@ -36,9 +36,9 @@ HEAD = """# Masses driven by force or base
 
 A mass of {mass:g} kg on a planted law, from rest: {samples} samples at {rate:g} Hz of a random force or base
 acceleration between 0.5 and 60 Hz, white noise on the displacement of {noises} % of its rms. `fit --driven-by force
---mass free`, and `--driven-by base --mass {mass:g}`. `in intervals`: parameters that the data determine
-whose planted value lies in their 95 % interval. `error/noise`: rms difference of the motion from one simulated at a thousandth of the tolerance,
-over the noise, at worst. Seeds below 1 000 were for development. {records} records a row, seed {seed}.
+--mass free`, and `--driven-by base --mass {mass:g}`. `in intervals`: parameters that the data determine whose planted
+value lies in their 95 % interval. `error/noise`: rms difference of the motion from one simulated at a thousandth of
+the tolerance, over the noise, at worst. Seeds below 1 000 were for development. {records} records a row, seed {seed}.
 
 | law | driven by | records | refused | intervals | in intervals (%) | rmse/noise | error/noise | median time (s) |
 |---|---|---|---|---|---|---|---|---|"""

@@ -43,9 +43,9 @@ HEAD = """# Public benchmarks
 J. P. Noël, M. Schoukens, *Hysteretic benchmark with a dynamic nonlinearity*, 4TU.ResearchData,
 [doi:10.4121/12967592](https://doi.org/10.4121/12967592): force in, displacement of a mass out, 750 Hz. Fitted to a
 training record of five periods of a multisine with the benchmark's noise, by the commands of [driven](driven.md) with
-default settings. The tests are without noise and seen by no fit: 8 192 samples of a multisine in its steady state, 153 000
-of a sine sweep from rest. Error: rms of the displacement, in m, as the benchmark asks. Results of others are listed on the
-[benchmark's page](https://www.nonlinearbenchmark.org/benchmarks/bouc-wen).
+default settings. The tests are without noise and seen by no fit: 8 192 samples of a multisine in its steady state,
+153 000 of a sine sweep from rest. Error: rms of the displacement, in m, as the benchmark asks. Results of others are
+listed on the [benchmark's page](https://www.nonlinearbenchmark.org/benchmarks/bouc-wen).
 
 | by | trained on | multisine (m) | sweep (m) | fit (s) |
 |---|---|---|---|---|"""
