@@ -35,7 +35,7 @@ SPEC = ModelSpec(
         Param("alpha", "N/m", 1.0, 1e8, 1e5, "log", "stiffness", "stiffness of the hysteretic element at first"),
         Param("b", "1", -5.0, 5.0, 0.5, "linear", "hysteresis", "shape of the loop, follows the velocity's sign"),
         Param("g", "1", -5.0, 5.0, 0.5, "linear", "hysteresis", "shape of the loop, width"),
-        Param("n", "1", 1.0, 5.0, 1.5, "log", "hysteresis", "sharpness of the knee"),
+        Param("n", "1", 0.5, 4.0, 1.5, "log", "hysteresis", "sharpness of the knee"),
         Param("z0", "m", 1e-6, 1.0, 1e-2, "log", text="deflection in which b and g count", fixed=True),
     ),
     linear=("c", "k", "alpha"),

@@ -28,7 +28,7 @@ def controllable(name: str) -> Damper:
     for p in varying:
         del values[p.name]
         # with an exponent below 1 a loop may go on in more than one way
-        size, least = p.start or 100.0, p.low if p.name == "n" else 0.0
+        size, least = p.start or 100.0, 1.0 if p.name == "n" else 0.0
         values |= {f"{p.name}@{i}A": max(size * share, least) for i, share in (("0", 0.3), ("0.5", 0.8), ("1", 1.0))}
     return damper(name, values, {p.name: 2 for p in varying})
 
