@@ -8,6 +8,7 @@ from mrfit.core import registry
 from mrfit.core.specs import Array
 
 MODELS = tuple(n for n in registry.names("model") if registry.load("model", n).SPEC.output in ("force", "torque"))
+JUMPING = ("biviscous-printed",)
 # 004 Table 3: low 0-0.2 A, high 0.2-1 A, in N, mm
 PAPER = {
     "fy": ((0.0, 579.6, 82.96), (-719.6, 1817.0, -135.7), 1.0),
@@ -23,7 +24,9 @@ def controllable(name: str) -> Damper:
     values = {p.name: p.start for p in spec.params}
     if "current" in spec.inputs:
         return damper(name, values)
-    varying = [p for p in spec.params if p.low > 0.0 and p.role in ("yield", "viscous", "knee", "hysteresis")]
+    # where the force jumps at its knee, a knee that moves with current has forces that no current gives
+    roles = ("yield", "viscous", "hysteresis", *(() if name in JUMPING else ("knee",)))
+    varying = [p for p in spec.params if p.low > 0.0 and p.role in roles]
     varying = varying or [p for p in spec.params if p.name in ("a1", "b1")]
     for p in varying:
         del values[p.name]
