@@ -52,9 +52,6 @@ CHANNELS: dict[str, Channel] = {
         ("displacement", "m", "x", ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment")),
         ("velocity", "m/s", "v", ("v_piston", "vel", "speed", "piston velocity")),
         ("acceleration", "m/s^2", "a", ("acc", "accel")),
-        ("absolute_acceleration", "m/s^2", "a_abs", ("absolute acceleration", "total acceleration")),
-        ("excitation_force", "N", "u", ("excitation force", "exciting force", "shaker force")),
-        ("base_acceleration", "m/s^2", "a_g", ("base acceleration", "ground acceleration", "table acceleration")),
         ("force", "N", "F", ("f", "load", "axial force")),
         ("current", "A", "i", ("i", "amp", "amps", "coil current", "i_coil")),
         ("voltage", "V", "u", ("u", "v", "volt", "volts", "coil voltage", "u_coil")),
@@ -66,6 +63,10 @@ CHANNELS: dict[str, Channel] = {
         ("angular_velocity", "rad/s", "ω", ("omega", "angular velocity", "angular speed")),
         ("angular_acceleration", "rad/s^2", "α", ("angular acceleration",)),
         ("torque", "N*m", "T", ("moment",)),
+        # a column of force or acceleration whose name says no more is that of the specimen, above
+        ("absolute_acceleration", "m/s^2", "a_abs", ("absolute acceleration", "total acceleration")),
+        ("excitation_force", "N", "u", ("excitation force", "exciting force", "shaker force")),
+        ("base_acceleration", "m/s^2", "a_g", ("base acceleration", "ground acceleration", "table acceleration")),
     )
 }
 

