@@ -167,6 +167,16 @@ _BLOCK = 1000
 _ROADS = 8
 
 
+@dataclass(frozen=True)
+class StartedRide:
+    """A control and a road, the car on it as it is simulated, and how far that has come."""
+
+    control: Control
+    road: Road
+    setup: Setup
+    way: Way
+
+
 def drive(
     stepper: Stepper,
     car: Car,
@@ -184,11 +194,10 @@ def drive(
     """
     total, done, rides = sum(timing.samples(road) for _, road in pairs), 0, []
 
-    def ride_of(begun: tuple[tuple[Control, Road], Setup, Way]) -> Ride:
-        pair, setup, way = begun
-        samples = timing.samples(pair[1])
+    def ride_of(started: StartedRide) -> Ride:
+        setup, samples = started.setup, timing.samples(started.road)
         for first in range(0, samples, _BLOCK):
-            left = driven(setup, way, first, min(first + _BLOCK, samples), samples)
+            left = driven(setup, started.way, first, min(first + _BLOCK, samples), samples)
             if left >= 0:
                 raise DataError(
                     f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
@@ -196,12 +205,12 @@ def drive(
                 )
             give_up()
         time = np.arange(setup.course.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
-        return Ride(*pair, time, *setup.course)
+        return Ride(started.control, started.road, time, *setup.course)
 
     # set up one after the other, so that a road's course is computed once; the loops are compiled and leave the
     # interpreter's lock to each other
-    begun = ((pair, *setup_of(stepper, car, pair, timing, amplifier)) for pair in pairs)
-    for ride in in_order(ride_of, begun, CORES):
+    started = (StartedRide(*pair, *setup_of(stepper, car, pair, timing, amplifier)) for pair in pairs)
+    for ride in in_order(ride_of, started, CORES):
         rides.append(ride)
         done += timing.samples(ride.road)
         progress(f"ride of {stepper.damper.name}", done, total)

@@ -49,6 +49,12 @@ def load(kind: Kind, name: str) -> Any:
     return importlib.import_module(own_module(kind, name))
 
 
+def elements(model: str) -> tuple[str, list[str]]:
+    """Return the base and the effects of a written model, which are no words on the mass that it carries, behind @."""
+    base, *effects = model.partition("@")[0].split("+")
+    return base, effects
+
+
 def where(kind: Kind, name: str) -> str:
     """Return the origin of a plug-in's item, in words; an empty string for mrfit's own, and for unknown names."""
     outside = plugins.found(kind)

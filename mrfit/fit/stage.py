@@ -336,10 +336,11 @@ class _Runner:
         split = settings.per == "condition" and len({s.role for s in segments}) == 1
         group = build_group(name, segments, self.prepared.recordings, self.assembly, split)
         limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
-        own = OUTPUT_ERROR_DESCENT if "@" in settings.model and settings.optimizer == Settings.optimizer else None
+        driven = "@" in settings.model
+        own = OUTPUT_ERROR_DESCENT if driven and settings.optimizer == Settings.optimizer else None
         search = SearchSettings(settings.optimizer, settings.seed, *limits, own=own)
         cube, begun = self.prepared.cube, list[dict[str, float]]()
-        if "@" in settings.model:
+        if driven:
             cube, begun = inverse_dynamics(group.training.parts, self.prepared.recordings, settings, cube)
         else:
             cube = at_scales(cube, group.training, base_of(settings.model))
@@ -407,9 +408,9 @@ class _Runner:
         base, given = base_of(settings.model), dict(settings.start)
         if search.strategy.from_points:
             return characteristic_points(cube, group.training, base, dependence, given), None
-        starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
-        if search.strategy.from_means:
-            starts = []
+        starts, by_itself = list[dict[str, float]](), search.strategy.from_means
+        if not by_itself:
+            starts = [{}, *data_starts(group.training, base, dependence, given)]
         said = [*given, *(n for n, _ in settings.fixed)]
 
         def points() -> Array:
@@ -417,10 +418,11 @@ class _Runner:
             return to_points(cube, [*starts, *others])
 
         if dependence is None:
-            if search.strategy.from_means:
-                raise ConfigError("--opt means: no parameter depends on current; --current-order says which do, as k=1")
+            if by_itself:
+                what = f"--opt {settings.optimizer}: no parameter depends on current"
+                raise ConfigError(f"{what}; --current-order says which do, as k=1")
             return points(), None
-        choice, by_itself = self.prepared.choice, search.strategy.from_means
+        choice = self.prepared.choice
         if choice and not by_itself:
             levels = choice.fits
             starts += [] if choice.by_role else [choice.start(base, dependence)]

@@ -129,7 +129,7 @@ def law_code(model: str) -> dict[str, str]:
 
 def _items_of(model: str) -> list[tuple[Kind, str]]:
     """Return the model and the effects of a written model."""
-    base, *effects = model.partition("@")[0].split("+")
+    base, effects = registry.elements(model)
     return [("model", base), *(("effect", e) for e in effects)]
 
 

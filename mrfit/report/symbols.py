@@ -67,7 +67,7 @@ def _text(name: str, math: str) -> str:
 def _from_specs(model: str) -> dict[str, str]:
     """Return the symbols that the SPECs of a base model and its effects say, by parameter."""
     found: dict[str, str] = {}
-    base, *effects = model.partition("@")[0].split("+")
+    base, effects = registry.elements(model)
     for part in (base, *effects):
         params: tuple[Param, ...] = ()
         with suppress(MrfitError):  # of a plug-in that is not loaded the names spell symbols as well

@@ -75,14 +75,17 @@ class OptimizerChain(Strategy):
     @property
     def from_points(self) -> bool:
         """Whether it begins where the characteristic points of the data are, and nowhere else."""
-        first = _spec(parts(self.name)[0])
-        return first.kind == "start" and first.reads == "loops"
+        return self._start is not None and self._start.reads == "loops"
 
     @property
     def from_means(self) -> bool:
         """Whether it begins at the means of fits to the conditions of each current, and nowhere else."""
+        return self._start is not None and self._start.reads == "conditions"
+
+    @property
+    def _start(self) -> OptimizerSpec | None:
         first = _spec(parts(self.name)[0])
-        return first.kind == "start" and first.reads == "conditions"
+        return first if first.kind == "start" else None
 
     @property
     def begins_with(self) -> str:

@@ -241,6 +241,14 @@ def _compare(block: SegmentBlock, assembly: Assembly, simulated: Array, scale: A
     compare(simulated, block.nodes, block.weights, (block.target, shares, scale), every, out)
 
 
+@dataclass(frozen=True)
+class ResidualScales:
+    """Factors of ``row_scales``, and the residual that stands for what no model can remove."""
+
+    factors: list[Array]
+    scatter: float
+
+
 def residual_function(
     blocks: list[SegmentBlock], assembly: Assembly, to_theta: Callable[[Array], Array], weights: Array
 ) -> Callable[[Array], Array]:
@@ -271,7 +279,7 @@ def residual_function(
 def _weighted(
     blocks: Sequence[SegmentBlock],
     assembly: Assembly,
-    scales: "ResidualScales",
+    scales: ResidualScales,
     simulated: Iterable[Array],
     count: int,
     every: int = 1,
@@ -284,14 +292,6 @@ def _weighted(
         _compare(block, assembly, rows, factor, every, values[:, place : place + len(factor)])
         place += len(factor)
     return values
-
-
-@dataclass(frozen=True)
-class ResidualScales:
-    """Factors of ``row_scales``, and the residual that stands for what no model can remove."""
-
-    factors: list[Array]
-    scatter: float
 
 
 def _scales(blocks: Sequence[SegmentBlock], weights: Array) -> ResidualScales:

@@ -127,7 +127,7 @@ def beside_effects(starts: Sequence[Mapping[str, float]], model: str, taken: Ite
         Parameters of which the user said something; an effect with one of them is left out.
     """
     given, found = set(taken), []
-    for effect in model.partition("@")[0].split("+")[1:]:
+    for effect in registry.elements(model)[1]:
         spec: EffectSpec = registry.load("effect", effect).SPEC
         names = [f"{spec.name}.{p.name}" for p in spec.params]
         if not given & set(names):
@@ -225,9 +225,8 @@ def condition_means(
     for condition in dict.fromkeys(b.segment.condition for b in blocks):
         members = [k for k, b in enumerate(blocks) if b.segment.condition == condition]
         level = level_of(blocks[members[0]].segment, levels)
-        found.setdefault(level, []).extend(
-            level_fits([blocks[k] for k in members], base, cube, weights[members], rng, deadline)
-        )
+        if level in found:
+            found[level] += level_fits([blocks[k] for k in members], base, cube, weights[members], rng, deadline)
     return [
         LevelFit(level, float(np.mean([f.cost for f in fits])), np.mean([f.theta for f in fits], axis=0))
         for level, fits in found.items()

@@ -270,8 +270,8 @@ class WindowEstimate:
 
 def _difference(
     pieces: SmoothRanges,
-    wide: "WindowEstimate",
-    narrow: "WindowEstimate",
+    wide: WindowEstimate,
+    narrow: WindowEstimate,
     derivative: int,
 ) -> tuple[Array, float]:
     """Return the mean squared difference (N,) of two windows' estimates about each sample, and its degrees of freedom.

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.core import registry
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
@@ -46,7 +47,7 @@ OUTPUTS = ("force", "torque")
 
 def base_of(model: str) -> Assembly:
     """Return the base model of a written name, without effects, dependence on current, and mass that it carries."""
-    return assemble(model.partition("@")[0].partition("+")[0])
+    return assemble(registry.elements(model)[0])
 
 
 def checked_order(model: str, text: str, per: str) -> None:

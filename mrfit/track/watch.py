@@ -20,6 +20,7 @@ from mrfit.io.schemas.fit import Quantity
 from mrfit.segment.stage import cut
 from mrfit.settings.segment import Settings as SegmentSettings
 from mrfit.settings.watch import Settings
+from mrfit.simulate.current_dependence import base_name
 
 CYCLES_BETWEEN = 0.05
 """Share of the cycles so far after which a test is looked at again: all looks cost as much as some tens of fits."""
@@ -142,10 +143,10 @@ def look(record: Recording, cycles: int, model: str, rule: Settings) -> LookAtTe
     """Return the parameters by a fit of the test so far."""
     found = _fitted(record, model)
     asked = {n for n in rule.parameters if n}
-    names = {n for p in found for n in (p.name, p.name.partition("@")[0])}
+    names = {n for p in found for n in (p.name, base_name(p.name))}
     if unknown := sorted(asked - names):
         raise ConfigError(f"--parameters: {model} has no '{unknown[0]}'; it has {', '.join(sorted(names))}")
-    counting = [p for p in found if asked & {p.name, p.name.partition("@")[0]}] if asked else []
+    counting = [p for p in found if asked & {p.name, base_name(p.name)}] if asked else []
     counting = counting or [p for p in found if p.determined is State.WELL]
     if max((_share(p, rule.within) for p in counting), default=math.inf) <= 1.0:
         counting = _drifting(counting, record, model, rule.within)

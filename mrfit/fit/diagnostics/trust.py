@@ -147,7 +147,7 @@ def drift_rows(parts: Sequence[SegmentPart], simulated: Sequence[Array]) -> list
 def slope_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:
     """Return a warning on each effect that needs an output which rises, of one that falls at parameters (K,)."""
     found, spec = [], assembly.spec
-    for effect in assembly.name.partition("@")[0].split("+")[1:]:
+    for effect in registry.elements(assembly.name)[1]:
         module = registry.load("effect", effect)
         own = np.array([n.startswith(f"{effect}.") for n in spec.names])
         if not (isinstance(module, NeedsRise) and module.RISING) or np.all(theta[own] == module.SPEC.neutral):

@@ -100,7 +100,8 @@ def _thousands(lines: Sequence[str]) -> list[Thousands]:
     for delimiter in ("\t", ";", "|", ","):
         marks = [m for m in before_three if m != delimiter or '"' in text]
         few = _rows_of_numbers(some, delimiter)
-        if 2 * len(few) > len(some) and all(_parts_others(few, Thousands(m, "[.,]", delimiter)) for m in marks):
+        fields = [f for row in few for f in row]
+        if 2 * len(few) > len(some) and not any(all(_grouped(fields, Thousands(m, "[.,]", delimiter))) for m in marks):
             return []
         rows = _rows_of_numbers(lines, delimiter)
         if len(rows) < 3 or 2 * len(rows) < sum(bool(line.strip()) for line in lines):
@@ -120,17 +121,16 @@ def _rows_of_numbers(lines: Sequence[str], delimiter: str) -> list[list[str]]:
     return [r for r in rows if any(r) and all(map(SPELT.fullmatch, r))]
 
 
-def _parts_others(rows: list[list[str]], thousands: Thousands) -> bool:
-    """Whether a mark stands in a number of some rows where it parts no thousands."""
+def _grouped(fields: list[str], thousands: Thousands) -> list[bool]:
+    """Return of each number with a mark whether the mark may part thousands there."""
     pattern = thousands.pattern()
-    return any(thousands.mark in f and not pattern.fullmatch(f) for row in rows for f in row)
+    return [bool(pattern.fullmatch(f)) for f in fields if thousands.mark in f]
 
 
 def _all_grouped(fields: list[str], thousands: Thousands) -> bool:
     """Whether a mark stands in some numbers, and only where it may part thousands."""
-    with_mark = [f for f in fields if thousands.mark in f]
-    pattern = thousands.pattern()
-    return bool(with_mark) and all(pattern.fullmatch(f) for f in with_mark)
+    grouped = _grouped(fields, thousands)
+    return bool(grouped) and all(grouped)
 
 
 def _marked(columns: list[list[str]], fields: list[str], delimiter: str) -> list[Thousands]:
