@@ -36,6 +36,7 @@ from mrfit.core.protocols import (
 )
 from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
+from mrfit.kernels.theta import by_blocks
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.simulate.middles import apart, between, halved, middles_of
 
@@ -324,9 +325,7 @@ class _Chain:
     def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
         """Return the output of the base and the added terms."""
         channels = dict(zip(self.spec.inputs, drive, strict=True))
-        output = self.base.simulate(
-            np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt
-        )
+        output = self._of_base(drive, channels, parts, dt)
         for module, theta in self._active("add", parts):
             output = output + cast(AddsTerm, module).term(channels, theta, dt)
         return output
@@ -338,16 +337,33 @@ class _Chain:
                 output = output + cast(ErrsInRecord, module).error(channels, theta, dt)
         return output
 
-    def _scaled(self, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
-        """Return the base's parameters (P, K), or (P, K, N) where an effect makes them vary over the samples."""
-        theta, scaled = parts[0], False
-        for module, own in self._active("theta", parts):
-            for role, factors in cast(ScalesParameters, module).factors(channels, own, dt).items():
-                columns = [k for k, p in enumerate(self.base.spec.params) if p.role == role]
-                if columns and theta.ndim < 3 and factors.shape[1] > 1:
-                    theta, scaled = np.repeat(theta[:, :, None], factors.shape[1], axis=2), True
-                elif columns and not scaled:
-                    theta, scaled = theta.copy(), True
-                for k in columns:
-                    theta[:, k] *= factors if theta.ndim == 3 else factors[:, 0]
-        return theta
+    def _of_base(self, drive: Array, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
+        """Return the base's output under its scaled parameters; where these vary, of a few points at a time."""
+        inputs = np.ascontiguousarray(drive[: len(self.base.spec.inputs)])
+        theta, factors = parts[0], self._factors(channels, parts, dt)
+        if all(factor.shape[1] == 1 for _, factor in factors):
+            theta = theta.copy() if factors else theta
+            for column, factor in factors:
+                theta[:, column] *= factor[:, 0]
+            return self.base.simulate(inputs, theta, dt)
+
+        def simulate(points: Array) -> Array:
+            rows = points[:, 0].astype(np.intp)
+            varied = np.empty((len(rows), theta.shape[1], drive.shape[1]))
+            varied[...] = theta[rows, :, None]
+            for column, factor in factors:
+                varied[:, column] *= factor[rows]
+            return self.base.simulate(inputs, varied, dt)
+
+        return by_blocks(simulate, drive.shape[1], np.arange(float(len(theta)))[:, None])
+
+    def _factors(self, channels: dict[str, Array], parts: list[Array], dt: float) -> list[tuple[int, Array]]:
+        """Return what scales the base's parameters, (P, 1) or (P, N) by column, in the order of the effects."""
+        params = self.base.spec.params
+        return [
+            (column, factor)
+            for module, own in self._active("theta", parts)
+            for role, factor in cast(ScalesParameters, module).factors(channels, own, dt).items()
+            for column, param in enumerate(params)
+            if param.role == role
+        ]
