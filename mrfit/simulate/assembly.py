@@ -358,7 +358,7 @@ class _Chain:
         return by_blocks(simulate, drive.shape[1], np.arange(float(len(theta)))[:, None])
 
     def _factors(self, channels: dict[str, Array], parts: list[Array], dt: float) -> list[tuple[int, Array]]:
-        """Return what scales the base's parameters, (P, 1) or (P, N) by column, in the order of the effects."""
+        """Return the factors on the base's parameters, (P, 1) or (P, N) by column, in the order of the effects."""
         params = self.base.spec.params
         return [
             (column, factor)
