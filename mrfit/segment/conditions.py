@@ -249,9 +249,9 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
         Segments with named conditions.
     holdout
         ``none``; ``auto``: a quarter of the conditions, those inside the grid of frequency, amplitude and current
-        first, none below four conditions, never more than half of one kind of test (waveform, current held or moving)
-        and one of each kind that has two; or, separated by commas,
-        ``quantity=value`` (within 5 %) and patterns on condition names.
+        first, none below four tests, never more than half of one kind of test (waveform, current held or moving) and
+        one of each kind that has two; or, separated by commas, ``quantity=value`` (within 5 %) and patterns on
+        condition names. A test is a condition, or a record without cycles.
 
     Raises
     ------
@@ -355,7 +355,8 @@ def _equals(segment: Segment, name: str, text: str) -> bool:
 
 
 def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
-    if len(conditions) < FEWEST_FOR_HOLDOUT:
+    # records without cycles that share a condition move differently, each is a test of its own
+    if len({(s.condition, "" if s.cycles else s.recording) for s in segments}) < FEWEST_FOR_HOLDOUT:
         return set()
     grid, kinds = _grid(segments, conditions)
     inside = np.sum((grid > 0.0) & (grid < 1.0), axis=1)

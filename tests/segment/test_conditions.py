@@ -125,6 +125,14 @@ def test_fewer_than_four_conditions_all_train() -> None:
     assert set(roles(grid()[:3], "auto").values()) == {"train"}
 
 
+def test_records_without_cycles_are_tests_of_their_own() -> None:
+    random = [segment(n, 0.0, a, waveform="random") for n, a in zip("abcd", (0.4, 0.5, 0.6, 0.501), strict=True)]
+    assert list(roles(random, "auto").values()).count("holdout") == 1
+    # one of three is too much, and a repeat of a sine is no other test
+    assert set(roles(random[:3], "auto").values()) == {"train"}
+    assert set(roles([*grid()[:3], segment("again", 1.0, 3.01)], "auto").values()) == {"train"}
+
+
 @pytest.mark.parametrize("count", [4, 5, 8, 13])
 def test_no_waveform_is_held_out_whole(count: int) -> None:
     mixed = grid()[:count] + [
