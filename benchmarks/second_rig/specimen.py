@@ -35,7 +35,7 @@ ALL_LAWS = ("bingham", "herschel-bulkley", *SMOOTH)
 SPRINGLESS = ("bingham", "herschel-bulkley", "biviscous", "regularised-bingham", "dahl")
 SWITCHED = ("stairs", "skyhook", "clipped")
 ATTEMPTS = 10
-MOST_SAMPLES = 36_000
+MOST_SAMPLES = 24_000
 LEAST_CONTRAST, GREATEST_CONTRAST = 1.5, 10.0
 LEAST_TOLD_APART = 0.7  # of the noise, beside the nearest rival
 
@@ -245,7 +245,7 @@ def _draw_tests(rng: np.random.Generator, plan: Plan, greatest: float, speed: fl
         draws = [("constant", float(level), k) for k in range(motions) for level in levels]
     else:
         levels = np.linspace(0.0, greatest, 5)
-        draws = [(plan.commands[k % len(plan.commands)], greatest, k) for k in range(int(rng.integers(4, 7)))]
+        draws = [(plan.commands[k % len(plan.commands)], greatest, k) for k in range(int(rng.integers(5, 8)))]
     factors = np.geomspace(0.25 if not plan.slow else 0.06, 1.0, max(k for *_, k in draws) + 1)
     tests = []
     for k, (how, level, motion_number) in enumerate(draws):
