@@ -103,7 +103,7 @@ def record_log(
     current = sample(test.current, times) + zero + logger.current_noise * rng.standard_normal(n)
     columns = {"time": stated, "displacement": x, "force": measured, "current": _quantise(current, logger.current_step)}
     if logger.velocity:
-        columns["velocity"] = derive_velocity(x, logger.rate, 5)
+        columns["velocity"] = derive_velocity(x, logger.rate, 5 if logger.rate > 500 else 3)
     if logger.voltage:
         filtered = lfilter([0.3], [1, -0.7], test.voltage, zi=[0.7 * test.voltage[0]])[0]
         columns["voltage"] = _quantise(sample(filtered, times) + 0.02 * rng.standard_normal(n), 0.01)
