@@ -7,7 +7,7 @@ commands: it is held over a step at its value at the step's end; with ``held=Fal
 samples of a log.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,11 +48,13 @@ class StepEnd:
 
 
 class Stepper:
-    """Steps a damper; see the module."""
+    """Steps a damper; see the module, and ``DamperProgram`` for parameters that are ``moving``."""
 
-    def __init__(self, damper: Damper, held: bool = True, shortest: float = _SHORTEST) -> None:
+    def __init__(
+        self, damper: Damper, held: bool = True, shortest: float = _SHORTEST, moving: Collection[str] = ()
+    ) -> None:
         self.damper, self.shortest = damper, shortest
-        self.program = DamperProgram(damper.model, damper.theta[0], damper.dependence, held, shortest)
+        self.program = DamperProgram(damper.model, damper.theta[0], damper.dependence, held, shortest, moving)
         self.chain, self.inputs = self.program.chain, self.program.channels
         self.behind = tuple(name for name, _, _ in self.program.behind)
         self.lagging = tuple(name for name, _, _ in self.program.before)

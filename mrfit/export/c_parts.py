@@ -24,7 +24,7 @@ from mrfit.export.tracker import TrackerPlan
 from mrfit.export.tracker_c import TrackerFields, print_estimator, tracker_fields
 from mrfit.kernels.branch import curve_of, prepared
 from mrfit.kernels.filters import level
-from mrfit.simulate.current_dependence import Order, base_name, count, logarithmic
+from mrfit.simulate.current_dependence import Order, count, logarithmic
 
 # Steps a second at which late values are exact, and places beyond those
 FASTEST, SPARE = 10_000, 5
@@ -73,7 +73,7 @@ def parts_of(source: ExportSource, tunable: bool = False, plan: TrackerPlan | No
     roles = sorted({r for link in links for r in _roles(link)})
     model, fine = registry.load("model", source.base.name), _needs_middles(source, tunable)
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set[str]()
-    varying |= {base_name(p.name) for p in plan.parameters} if plan else set()
+    varying |= plan.bases if plan else set()
     curved = isinstance(model, HasCurve) and not varying & {*model.SHAPE}
     curve = _curve(model, source, tunable) if curved else None
     reader.structs[CURVE.tag] = _curve_kinds(curve.rows if curve else 0)

@@ -85,12 +85,17 @@ class TrackerPlan:
 
     @property
     def filters(self) -> int:
-        """Number of filters: of constant parameters, and, at each rate, of each that moves and of all that do."""
+        """Number of filters: two of constant parameters; at each rate, of each that moves and of all that do."""
         return len(self.constants.walk)
 
     def column(self, name: str) -> Array:
         """Return an attribute of all parameters (T,)."""
         return np.array([getattr(p, name) for p in self.parameters])
+
+    @property
+    def bases(self) -> set[str]:
+        """Names of the parameters, whatever the current."""
+        return {base_name(p.name) for p in self.parameters}
 
     @property
     def pairs(self) -> list[tuple[str, str]]:
@@ -103,7 +108,7 @@ class TrackerPlan:
         spans, values, low, high, deviations = map(self.column, ("span", "value", "low", "high", "deviation"))
         moving = np.unique([*np.eye(len(deviations)), np.ones(len(deviations))], axis=0)
         each = moving * (spans / deviations) ** 2 / 60.0
-        walk = np.vstack([0.0 * deviations, *(rate**2 * each for rate in WALK_RATES)])
+        walk = np.vstack([0.0 * deviations, *(rate**2 * each for rate in WALK_RATES), 0.0 * deviations])
         noise = np.array([self.deviation**2, self.correlated])
         bounds = (low - values) / deviations, (high - values) / deviations
         return EstimatorPlan(noise, walk, np.maximum((spans / deviations) ** 2, 1.0), *bounds)

@@ -15,13 +15,13 @@ Error <= 3e-7 for 1 <= n <= 10 (<= 2e-8 for n <= 2) at any sampling, whatever th
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, State, Values
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import array_at, kernel
 from mrfit.kernels.powers import power
 from mrfit.kernels.theta import plain
 
@@ -461,3 +461,17 @@ def curve_of(z_max: float, rate: float, n: float, rho: float) -> BranchCurve:
     above, first, below, h_above, h_below, end, gap = prepared(n, rho, cells, _CELLS, 2 * _CELLS)
     rows = np.vstack([cells[:above], cells[first : first + below]])
     return BranchCurve(rows, above, above, below, h_above, h_below, end, gap, z_max, rate, n, rho)
+
+
+def numbers_of(curve: BranchCurve) -> Array:
+    """Return a curve as numbers, which ``curve_at`` reads."""
+    return np.concatenate([np.array(curve[1:], dtype=np.float64), curve.cells.ravel()])
+
+
+@kernel
+def curve_at(place: Any) -> BranchCurve:
+    """Return the curve whose numbers begin at a pointer."""
+    rows, fields = int(place[0] + place[2]), 11
+    cells = array_at(place, (fields + _COEFFICIENTS * rows,))[fields:].reshape((rows, _COEFFICIENTS))
+    scales = place[3], place[4], place[5], place[6], place[7], place[8], place[9], place[10]
+    return BranchCurve(cells, int(place[0]), int(place[1]), int(place[2]), *scales)

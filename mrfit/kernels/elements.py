@@ -13,6 +13,7 @@ import numpy as np
 
 from mrfit.core.protocols import HasStep
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Steps
+from mrfit.kernels.branch import curve_at, rest_on_curve
 from mrfit.kernels.jit import address_of, copy_of, kernel, row
 from mrfit.kernels.past import RESERVED, begun, pushed
 
@@ -189,9 +190,16 @@ class Entry:
     own: int = 0
 
 
+def _on_curve(state: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Take a step along the branch curve whose numbers stand where others have their past."""
+    return step(state, before, now, theta, dt, curve_at(past))
+
+
 @cache
-def entry_of(item: Any) -> Entry:
+def entry_of(item: Any, curved: bool = False) -> Entry:
     """Return the compiled form of a model or an effect; ``item`` has a ``step`` and ``rest``, or a ``law``.
+
+    One that is ``curved`` has ``step_on_curve``.
 
     Raises
     ------
@@ -204,16 +212,22 @@ def entry_of(item: Any) -> Entry:
     inputs = (*signal, *needed)
     zeros, theta = (0.0,) * len(inputs), (0.0,) * len(spec.params)
     parts: dict[str, Any] = {"INPUTS": zeros, "PARAMETERS": theta}
-    if isinstance(item, HasStep):
+    if curved:
+        own, late, numbers = item.step_on_curve.__module__.startswith("mrfit."), 0, 0
+        size = len(rest_on_curve(zeros, theta))
+        on_curve = copy_of(_on_curve, spec.name, {"step": kernel(item.step_on_curve, own)})
+        parts |= {"step": kernel(on_curve, own), "rest": kernel(rest_on_curve)}
+        template: Any = _late_entry
+    elif isinstance(item, HasStep):
         own = item.step.__module__.startswith("mrfit.")
         late, numbers = getattr(item, "LATE", 0), getattr(item, "OWN", 0)
         parts |= {"step": kernel(item.step, own), "rest": kernel(item.rest, own)}
         size = len(item.rest(zeros, tuple(p.start for p in spec.params)))
-        template: Any = _late_entry if late or numbers else _step_entry
+        template = _late_entry if late or numbers else _step_entry
     else:
         own = item.law.__module__.startswith("mrfit.")
         parts |= {"law": kernel(item.law, own)}
         size, late, numbers = len(getattr(item, "ROLES", ())), 0, 0
         template = _factors_entry if size else _law_entry if inputs else _constant_entry
-    copied = copy_of(template, spec.name, parts | {"STATE": (0.0,) * size})
+    copied = copy_of(template, f"{spec.name}_curve" if curved else spec.name, parts | {"STATE": (0.0,) * size})
     return Entry(address_of(copied, own), inputs, size, late, numbers)

@@ -218,6 +218,8 @@ def copy_of(template: F, name: str, parts: Mapping[str, Any]) -> F:
 
 
 _set: Any = tuple_setitem
+# In kernels, numbers from a pointer on as an array of a shape
+array_at: Any = numba.carray  # type: ignore[attr-defined]
 
 
 @kernel

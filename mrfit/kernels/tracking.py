@@ -4,6 +4,8 @@ The output is linear in the parameters about the estimate: error = measured − 
 forward differences of models that step beside it. Parameters are in standard deviations of the prior from its mean.
 One filter takes them as constant since it began, the others as random walks. Their evidence decides which one gives
 the estimate: the cumulative sum of the logarithm of the ratio of their likelihoods (Page, Biometrika 41 (1954) 100).
+A last filter goes on as if the last change had not been: where its evidence since then is the better, there was none.
+Odds that another filter is right (Shiryaev, Theory Probab. Appl. 8 (1963) 22) widen the variances.
 
 Coloured noise of integrated correlation time τ is taken as white with the variance σ²·max(1, τ/dt).
 
@@ -25,11 +27,8 @@ CHANGED = 10.0
 MOVED_OTHERWISE = 6.0
 # Evidence in nats at which the filter of constant parameters begins again while they move
 BEHIND = -1.0
-# Evidence in nats at which a filter that is not chosen is as likely as the one that is, where one of both has constant
-# parameters, and where all move
-AS_LIKELY, BOTH_MOVE = 5.0, 2.0
-# Logarithm of the share of a filter below which it is left out
-UNLIKELY = -4.5
+# Changes a second, by any of the filters, for which bands have room; and the most nats that one sample adds to odds
+CHANGE_RATE, MOST_NATS = 0.2, 20.0
 # Logarithm of the share of 5 % that lies outside of a band
 OUTSIDE_BAND = -3.0
 # Factor of the variance of a moving parameter with which it is taken to be constant from now on
@@ -42,14 +41,18 @@ class Estimator(NamedTuple):
     Attributes
     ----------
     mean, covariance
-        Of the filters, (M, T) and (M, T, T); the first has constant parameters, the others random walks.
+        Of the filters, (M, T) and (M, T, T); the first and the last have constant parameters, the others random walks.
     estimate, gain
         Mean of the filter that is chosen, (T,), and the covariance of parameters and output (T,).
     evidence, likelihood
         Cumulative evidence in nats of each filter against the one chosen, (M,), and log-likelihoods of the last
         innovations, (M,).
+    odds
+        Odds of each filter against the one chosen, (M,).
     doubt
         What the variances of the filter chosen lack because another one may be right, (T,).
+    before
+        Mean and variances of the last filter at the last change, (2, T).
     chosen
         Which filter gives the estimate, (1,).
     """
@@ -60,7 +63,9 @@ class Estimator(NamedTuple):
     gain: Array
     evidence: Array
     likelihood: Array
+    odds: Array
     doubt: Array
+    before: Array
     chosen: Array
 
 
@@ -72,7 +77,7 @@ class EstimatorPlan(NamedTuple):
     noise
         Variance of the output's noise, and its integrated correlation time in s.
     walk
-        Growth of the filters' variances per s, (M, T); 0 of the first.
+        Growth of the filters' variances per s, (M, T); 0 of the first and the last.
     widest
         Greatest variance, (T,).
     low, high
@@ -120,18 +125,38 @@ def _restarted(t: Any, plan: Any, m: int, other: int) -> None:
 
 
 @kernel
+def _is_unchanged(t: Any, found: int, last: int) -> bool:
+    """Return whether the last filter is right after all, and has gone no further than a constant's estimate does."""
+    within: bool = t.evidence[last] > (MOVED_OTHERWISE if found > 0 else 0.0)
+    for k in range(len(t.gain)):
+        off = t.mean[last, k] - t.before[0, k]
+        within = within and off * off <= WIDER * (t.before[1, k] - t.covariance[last, k, k])
+    return within
+
+
+@kernel
 def _weighed(t: Any, plan: Any) -> None:
     """Add up the evidence against the filter chosen, and choose another one where it suffices."""
-    chosen = int(t.chosen[0])
+    chosen, last = int(t.chosen[0]), len(t.evidence) - 1
     found = chosen
-    for m in range(len(t.evidence)):
+    for m in range(last):
         t.evidence[m] = max(t.evidence[m], BEHIND if m == 0 else 0.0) + t.likelihood[m] - t.likelihood[chosen]
         if t.evidence[m] > max(t.evidence[found], CHANGED if chosen == 0 else MOVED_OTHERWISE):
             found = m
-    if found != chosen:
+    t.evidence[last] += t.likelihood[last] - t.likelihood[chosen]
+    unchanged = _is_unchanged(t, found, last)
+    if unchanged:
+        found = 0
+        _restarted(t, plan, 0, last)
+    if unchanged or found != chosen:
         t.chosen[0] = found
-        for m in range(len(t.evidence)):
-            t.evidence[m] = 0.0
+        if unchanged or chosen == 0:
+            t.evidence[last] = 0.0
+            _restarted(t, plan, last, 0)
+            for k in range(len(t.gain)):
+                t.before[0, k], t.before[1, k] = t.mean[0, k], t.covariance[0, k, k]
+        for m in range(last):
+            t.evidence[m], t.odds[m] = 0.0, 0.0
             if found > 0:
                 _restarted(t, plan, m, found)
     elif found > 0 and t.evidence[0] < BEHIND:
@@ -140,22 +165,21 @@ def _weighed(t: Any, plan: Any) -> None:
 
 
 @kernel
-def _doubted(t: Any, plan: Any) -> None:
+def _doubted(t: Any, plan: Any, dt: float) -> None:
     """Widen the variances so that 95 % bands hold where another filter is right."""
-    chosen, total = int(t.chosen[0]), 1.0
-    for m in range(len(t.evidence)):
-        rare = AS_LIKELY if m == 0 or chosen == 0 else BOTH_MOVE
-        t.likelihood[m] = 0.0
-        if m != chosen and t.evidence[m] > rare + UNLIKELY:
-            t.likelihood[m] = math.exp(t.evidence[m] - rare)
-            total += t.likelihood[m]
+    chosen, last, total = int(t.chosen[0]), len(t.evidence) - 1, 1.0
+    for m in range(last):
+        if m != chosen:
+            ratio = math.exp(min(t.likelihood[m] - t.likelihood[chosen], MOST_NATS))
+            t.odds[m] = (t.odds[m] + CHANGE_RATE / (last - 1) * dt) * ratio
+            total += t.odds[m]
     for k in range(len(t.gain)):
         weight, spread = 0.0, 0.0
-        for m in range(len(t.evidence) if total > 1.0 else 0):
-            if t.likelihood[m] > 0.0 and plan.walk[m, k] > 0.0:
+        for m in range(1, last):
+            if m != chosen and plan.walk[m, k] > 0.0:
                 off = t.mean[m, k] - t.mean[chosen, k]
-                weight += t.likelihood[m]
-                spread += t.likelihood[m] * (t.covariance[m, k, k] + off * off)
+                weight += t.odds[m]
+                spread += t.odds[m] * (t.covariance[m, k, k] + off * off)
         t.doubt[k] = 0.0
         if weight > 0.0:
             reach = 1.0 - math.log(weight / total) / OUTSIDE_BAND
@@ -174,7 +198,7 @@ def corrected(t: Any, plan: Any, sensitivity: Any, error: float, dt: float, exci
             t.likelihood[m] = own
     if excited != 0:
         _weighed(t, plan)
-        _doubted(t, plan)
+        _doubted(t, plan, dt)
         for k in range(len(t.gain)):
             t.estimate[k] = t.mean[int(t.chosen[0]), k]
 
@@ -183,5 +207,6 @@ def begun_estimator(prior: Array, filters: int) -> Estimator:
     """Return the estimator before the first sample, of the prior's correlations (T, T)."""
     size = len(prior)
     mean, covariance = np.zeros((filters, size)), np.repeat(prior[None], filters, axis=0)
-    nothing, none = np.zeros((3, size)), np.zeros((2, filters))
-    return Estimator(mean, covariance, nothing[0], nothing[1], none[0], none[1], nothing[2], np.zeros(1))
+    (estimate, gain, doubt), (evidence, likelihood, odds) = np.zeros((3, size)), np.zeros((3, filters))
+    before, chosen = np.zeros((2, size)), np.zeros(1)
+    return Estimator(mean, covariance, estimate, gain, evidence, likelihood, odds, doubt, before, chosen)

@@ -224,16 +224,18 @@ def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float)
     _gather(chain, row, ends[count:], 0.0, work, WIRED)
     for c in range(count):
         after[block + c] = ends[count + c]
-    address, place, ring = base.address, base.state, base.ring
+    address, place = base.address, base.state
     source, length = trial.state, dt
     if dt < 0.0:
         for k in range(number):
             work[theta + k] = work[theta + number + k]
         if base.states > 0:
-            call(address, after, place, after, place, work, 0, work, WIRED, work, theta, dt, after, ring)
+            call(address, after, place, after, place, work, 0, work, WIRED, work, theta, dt, after, base.ring)
             _begin(chain, row, after)
         source, length = after, 0.0
-    made = call(address, source, place, after, place, work, 0, work, WIRED, work, theta, length, source, ring)
+    # one without a past may have a curve
+    past, ring = (source, base.ring) if base.places > 0 else (chain.params, base.param)
+    made = call(address, source, place, after, place, work, 0, work, WIRED, work, theta, length, past, ring)
     value = float(made)
     for e in range(len(chain.elements)):
         if chain.elements[e].kind == ADD + middle:

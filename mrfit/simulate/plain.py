@@ -18,17 +18,18 @@ _POINTER = ctypes.POINTER(ctypes.c_double)
 _FUNCTION = ctypes.CFUNCTYPE(ctypes.c_double, *[_POINTER] * 5, ctypes.c_double, _POINTER)
 
 
-def entry_for(item: Any) -> Entry:
+def entry_for(item: Any, curved: bool = False) -> Entry:
     """Return an item for compiled loops to call: its ``step`` or ``law`` compiled, else its function of arrays.
+
+    One that is ``curved`` is stepped along its curve.
 
     Raises
     ------
     DataError
         If it has a memory and no ``step``.
     """
-    compiled = isinstance(item, HasLaw | HasStep)
-    if compiled:
-        return entry_of(item)
+    if curved or isinstance(item, HasLaw | HasStep):
+        return entry_of(item, curved)
     return _called(item.SPEC.name, _Values(item))
 
 

@@ -1,15 +1,17 @@
 """The arrays of a damper's ``Chain``, from its model, effects, parameters and law of current."""
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, LEVEL_CHANNELS
-from mrfit.core.protocols import HasStep, MovesDrive
+from mrfit.core.protocols import HasCurve, HasStep, MovesDrive
 from mrfit.core.specs import SLOTS, Array
 from mrfit.effects.temperature import REFERENCE
+from mrfit.kernels.branch import curve_of, numbers_of
 from mrfit.kernels.past import RESERVED
 from mrfit.simulate import chain as columns
 from mrfit.simulate.chain import ChainPlaces, DamperChain
@@ -24,7 +26,7 @@ _KINDS = {"input": columns.INPUT, "theta": columns.FACTORS}
 
 
 class DamperProgram:
-    """A damper ready to be stepped.
+    """A damper ready to be stepped; parameters of the base that are ``moving`` may be changed on the way.
 
     Attributes
     ----------
@@ -36,8 +38,14 @@ class DamperProgram:
         Name, module and parameters (Q,) of the effects that act, in the order in which they do.
     """
 
-    def __init__(
-        self, model: str, values: Array, dependence: CurrentDependence | None, held: bool, shortest: float
+    def __init__(  # noqa: PLR0913
+        self,
+        model: str,
+        values: Array,
+        dependence: CurrentDependence | None,
+        held: bool,
+        shortest: float,
+        moving: Collection[str] = (),
     ) -> None:
         base, *written = model.split("+")
         self._module = registry.load("model", base)
@@ -46,6 +54,7 @@ class DamperProgram:
         )
         ends = len(values) - np.cumsum([0, *(len(m.SPEC.params) for m in reversed(modules))])[::-1]
         self._dependence, self._shortest = dependence, shortest
+        self._moving = {*moving, *(name for name, _ in (dependence.orders if dependence else ()))}
         self._nodes = self._read(values[: ends[0]])
         self.effects: list[tuple[str, Any, Array]] = [
             (m.SPEC.name, m, values[a:b])
@@ -144,12 +153,16 @@ class DamperProgram:
 
     def _add(self, item: Any, theta: Array, kind: int) -> None:
         """Add an element."""
-        entry, place, first = entry_for(item), self._place, len(self._params)
+        curved = kind == columns.BASE and isinstance(item, HasCurve) and not self._moving & {*item.SHAPE}
+        entry, place, first = entry_for(item, curved), self._place, len(self._params)
         replaced = self.channels.index(entry.inputs[-1]) if entry.inputs and entry.inputs[-1] else -1
         wires = [self.channels.index(n) if n else -1 for n in entry.inputs]
         own = {"address": entry.address, "kind": kind, "channel": replaced, "param": first, "last": place}
         own |= {"state": place + 1, "states": entry.state, "late": entry.late, "numbers": entry.own}
-        self._params += [*theta, *theta] if kind != columns.BASE else []
+        if curved:
+            self._params += numbers_of(curve_of(*item.loop(tuple(theta)))).tolist()
+        elif kind != columns.BASE:
+            self._params += [*theta, *theta]
         self._place += 1 + (0 if kind == columns.FACTORS else entry.state)
         longest = float(item.longest(tuple(theta))) if entry.late else 0.0
         if kind == columns.FACTORS:

@@ -155,7 +155,7 @@ def track_log(
     """
     theta = source.theta.copy()
     theta[[k for p in plan.parameters for k in p.places]] += _NEARLY
-    stepper = _stepper(source, theta, float(np.min(dt)))
+    stepper = _stepper(source, plan, theta, float(np.min(dt)))
     names = stepper.inputs
     given = stepper.complete({"current": np.zeros(len(measured)), **channels})
     start = {n: given[:1, k] for k, n in enumerate(names)}
@@ -183,12 +183,13 @@ def track_log(
     )
 
 
-def _stepper(source: ExportSource, theta: Array, shortest: float) -> Stepper:
+def _stepper(source: ExportSource, plan: TrackerPlan, theta: Array, shortest: float) -> Stepper:
     """Return the model to be stepped; commands between samples are straight lines."""
     whole = source.dependence
     orders, low, high = (whole.orders, whole.low, whole.high) if whole else ((), 0.0, 1.0)
     parameters = tuple(zip(source.spec.names, theta.tolist(), strict=True))
-    return Stepper(Damper(source.name, source.assembly.name, parameters, orders, low, high), False, shortest)
+    damper = Damper(source.name, source.assembly.name, parameters, orders, low, high)
+    return Stepper(damper, False, shortest, plan.bases)
 
 
 def _models(source: ExportSource, plan: TrackerPlan, stepper: Stepper, theta: Array, states: Array) -> ParallelModels:
@@ -204,7 +205,7 @@ def _models(source: ExportSource, plan: TrackerPlan, stepper: Stepper, theta: Ar
         for k in p.places:
             other = theta.copy()
             other[k] = 1.25 * theta[k] if abs(theta[k]) > _NEARLY else 1e-3
-            changed = _stepper(source, other, stepper.shortest).chain.params
+            changed = _stepper(source, plan, other, stepper.shortest).chain.params
             if len(changed) != len(stepper.chain.params):
                 raise ConfigError(f"{p.name} cannot be tracked: the memory of the model depends on it")
             for row in np.flatnonzero(changed != stepper.chain.params):
