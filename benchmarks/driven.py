@@ -1,6 +1,6 @@
 """Masses on planted laws, driven by force or base: how often intervals hold the truth, and the solver's error.
 
-python -m benchmarks.driven [--records 6] [--seed 3900] > docs/benchmarks/driven.md
+python -m benchmarks.driven [--records 6] [--seed 3917] > docs/benchmarks/driven.md
 """
 
 import argparse
@@ -38,7 +38,8 @@ A mass of {mass:g} kg on a planted law, from rest: {samples} samples at {rate:g}
 acceleration between 0.5 and 60 Hz, white noise on the displacement of {noises} % of its rms. `fit --driven-by force
 --mass free`, and `--driven-by base --mass {mass:g}`. `in intervals`: parameters that the data determine whose planted
 value lies in their 95 % interval. `error/noise`: rms difference of the motion from one simulated at a thousandth of
-the tolerance, over the noise, at worst. Seeds below 1 000 were for development. {records} records a row, seed {seed}.
+the tolerance, over the noise, at worst. Seeds below 1 000, and 3 900, were for development. {records} records a row,
+seed {seed}.
 
 | law | driven by | records | refused | intervals | in intervals (%) | rmse/noise | error/noise | median time (s) |
 |---|---|---|---|---|---|---|---|---|"""
@@ -99,7 +100,7 @@ def held_intervals(result: Result, truth: dict[str, float]) -> tuple[int, int]:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--records", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=3900)
+    parser.add_argument("--seed", type=int, default=3917)
     given = parser.parse_args()
     noises = ", ".join(f"{100 * n:g}" for n in NOISES)
     about = {"mass": MASS, "samples": SAMPLES, "rate": 1 / DT, "noises": noises}

@@ -102,6 +102,9 @@ EXCITATIONS: Mapping[str, str] = {"force": "excitation_force", "base": "base_acc
 MOTION_OF_MASS = ("displacement", "velocity", "acceleration", "absolute_acceleration")
 """Motion of a mass that is driven, in the order of derivatives; the last beside that of the base."""
 
+OUTPUT_ON_MASS = "force"
+"""What a law gives on which a mass is driven."""
+
 UNIT_NEEDED = ("base_acceleration", "absolute_acceleration")
 """Channels that no column without a unit is mapped to."""
 

@@ -7,6 +7,7 @@ from threading import Lock
 
 import numpy as np
 
+from mrfit.core.channels import EXCITATIONS
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
@@ -23,6 +24,7 @@ from mrfit.discover.writing.open_law import with_another_base
 from mrfit.discover.writing.result import DiscoveryRequest, account
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
+from mrfit.fit.driven import INERTIA_EFFECT, tests_of_law
 from mrfit.fit.laws.choice import LawChoice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
@@ -98,13 +100,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     DataError
         If the recordings lack what the base needs, or every simulation diverges.
     """
+    given, settings = settings, with_inertia(settings)
     names = assemble(settings.model).spec.names
     unknown = [n for n, _ in settings.start if n not in names]
     if unknown:
         raise ConfigError(f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(names)}")
     segments, _ = workspace.read_segments()
     data, rows = workspace.made_from(segments)
-    key = discovery_key(asdict(settings), data, rows)
+    key = discovery_key(asdict(given), data, rows)
     folder = workspace.root / "discover"
     existing = reusable(folder / "discovery.json", DiscoveryFile)
     if existing and existing.key == key:
@@ -117,12 +120,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         judged, moved = segments, ""
         if by_law_of_current(settings.model):
             judged, moved = with_their_currents_trained(segments)
-        told = _discovered(
-            _Job(workspace, settings, Dataset(judged, load_recordings(workspace, judged)), asked, progress)
-        )
+        tests = Dataset(judged, load_recordings(workspace, judged))
+        if settings.driven_by != "none":
+            tests = tests_of_law(tests, settings.driven_by, settings.mass)
+        told = _discovered(_Job(workspace, settings, tests, asked, progress))
+        told = replace(told, found=of_driven(told.found, settings))
         advice = (*told.found.advice, moved) if moved else told.found.advice
         told = replace(told, found=told.found.model_copy(update={"advice": advice}))
-    own = {k: v for k, v in asdict(settings).items() if k != "jobs"}
+    own = {k: v for k, v in asdict(given).items() if k != "jobs"}
     made = {"code": code_version("discover"), "segments_sha256": segments_digest(rows), "settings": own}
     found = told.found.model_copy(update=made)
     # a kill from here on must not leave the files of one discovery beside the key of another
@@ -136,11 +141,34 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return DiscoveryOutcome(found)
 
 
+def with_inertia(settings: Settings) -> Settings:
+    """Return settings of which the model, and every other law beside it, has a mass of its own where that is free."""
+    free = settings.driven_by != "none" and settings.mass == "free" and INERTIA_EFFECT not in settings.model.split("+")
+    return replace(settings, model=f"{settings.model}+{INERTIA_EFFECT}") if free else settings
+
+
+def of_driven(found: DiscoveryFile, settings: Settings) -> DiscoveryFile:
+    """Return a discovery whose models are those of a driven mass, where the mass is no effect of the law."""
+    if settings.driven_by == "none":
+        return found
+    free = settings.mass == "free"
+
+    def law(text: str) -> str:
+        return text.replace(f"+{INERTIA_EFFECT}", "") if free else text
+
+    by = f" --driven-by {settings.driven_by} --mass {settings.mass}"
+    laws = [o.model_copy(update={"model": law(o.model), "command": law(o.command) + by}) for o in found.other_laws]
+    models = {"base_model": law(found.base_model), "augmented_model": law(found.augmented_model)}
+    return found.model_copy(update={**models, "other_laws": tuple(laws)})
+
+
 def model_toml(found: DiscoveryFile) -> str:
     """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
     held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
     fixed = f"fixed = {{ {held} }}\n" if held else ""
-    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{fixed}'
+    by, mass = (found.settings.get(name, "none") for name in ("driven_by", "mass"))
+    driven = f'driven_by = "{by}"\nmass = "{mass}"\n' if by != "none" else ""
+    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{driven}{fixed}'
 
 
 def too_little(segments: Sequence[Segment], policy: Policy) -> str:
@@ -151,7 +179,7 @@ def too_little(segments: Sequence[Segment], policy: Policy) -> str:
             f"no held-out condition (conditions: {len(training)}): a verdict needs at least four, or "
             "`mrfit segment --holdout PATTERN`"
         )
-    periodic = all(s.cycles for s in segments if s.role == "train")
+    periodic = all(s.cycles and s.drive not in EXCITATIONS.values() for s in segments if s.role == "train")
     if periodic and len(training) < policy.fewest_training:
         return (
             "only one periodic training condition: a missing effect cannot be told from the base; log more conditions"

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.signal import firwin, upfirdn
 
 from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS
+from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, ModelSpec, Param, Response
 from mrfit.driven.integrator import PER_SAMPLE, MovingMass, moved_mass
 from mrfit.errors import ConfigError
@@ -24,7 +25,7 @@ from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.program import DEFAULTS, DamperProgram
 
 MASS = Param("mass", "kg", 1e-3, 1e7, 1.0, "log", "inertia", "mass that the excitation moves")
-STEP_TOLERANCE = 3e-5
+STEP_TOLERANCE = 5e-6
 # Masses simulated side by side
 _LANES = 2
 # Samples to either side from which the drive is interpolated, and the window that they bear
@@ -106,6 +107,7 @@ def response_around(law: ModelSpec, name: str, dependence: CurrentDependence | N
     return simulate
 
 
+@remembered
 def between_samples(values: Array) -> Array:
     """Return a band-limited signal (N,) at ``PER_SAMPLE`` times the rate, from the first sample to the last."""
     pad = min(_SINC_SAMPLES, len(values) - 1)

@@ -10,12 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS
-from mrfit.core.recording import Recording
+from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS, OUTPUT_ON_MASS, unit_of
+from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.driven.motion import BAND_LIMIT, split
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.dataset import Dataset
 from mrfit.search import run as search
+from mrfit.search.coarse_to_fine import LEAD_CHANGE_ROUGH, LEADS, shortened
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits
@@ -29,10 +31,13 @@ from mrfit.simulate.current_levels import base_of
 
 # Share of the excitation's largest line below which a line is none; share of its power that may lie beyond the band
 LEAST_LINE, ALIASED = 1e-2, 0.05
+# Greatest force at rest over the greatest that drives
+LARGEST_OFFSET = 10.0
 # Of the two phases: evaluations for each parameter and one more, and the share of the squared cost that each may leave
 INVERSE_DESCENT = Descent(20, 1e-4, 0.0)
 OUTPUT_ERROR_DESCENT = Descent(30, 1e-7, 0.0)
 INERTIA = "inertia.m"
+INERTIA_EFFECT = INERTIA.partition(".")[0]
 # Place of the one motion that is beside that of the base
 ABSOLUTE = 3
 
@@ -60,12 +65,26 @@ def with_drive(settings: Settings, recordings: Mapping[str, Recording]) -> Setti
             _check_band(log, np.asarray(log.channels[channel]))
     able = [log for log in logs if channel in log.channels] or logs
     output = next((n for n in MOTION_OF_MASS if all(n in log.channels for log in able)), MOTION_OF_MASS[0])
-    fixed = settings.fixed
+    fixed, bounds, weight = settings.fixed, settings.bounds, 1.0
     if settings.mass != "free":
         fixed = (*fixed, ("mass", _mass_of(settings.mass)))
+        weight = fixed[-1][1] if settings.driven_by == "base" else 1.0
+    if settings.mass != "free" or settings.driven_by != "base":
+        largest = max(
+            (float(np.abs(log.channels[channel]).max()) for log in logs if channel in log.channels), default=0.0
+        )
+        bounds = (*bounds, *_offset_bounds(settings, LARGEST_OFFSET * weight * largest))
     written = f"{settings.model}@{settings.driven_by}-{output.replace('_', '-')}"
     order = "0" if settings.current_order == "auto" else settings.current_order
-    return replace(settings, name=settings.fit_name, model=written, fixed=fixed, current_order=order)
+    name = settings.fit_name
+    return replace(settings, name=name, model=written, fixed=fixed, bounds=bounds, current_order=order)
+
+
+def _offset_bounds(settings: Settings, largest: float) -> list[tuple[str, float, float]]:
+    """Return bounds of forces at rest that the user says nothing of; far wider ones hide what else is determined."""
+    said = {row[0] for row in (*settings.bounds, *settings.start, *settings.fixed)}
+    found = [p for p in assemble(settings.model).spec.params if p.role == "offset" and p.unit == "N"]
+    return [(p.name, max(p.low, -largest), min(p.high, largest)) for p in found if largest > 0.0 and p.name not in said]
 
 
 def _mass_of(text: str) -> float:
@@ -108,7 +127,7 @@ def inverse_dynamics(
     law_name, drive, output = split(settings.model)
     mass = cube.params[-1]
     held = len(cube.params) - 1 not in cube.free or drive == "base"
-    law = assemble(law_name if held else f"{law_name}+inertia")
+    law = assemble(law_name if held else f"{law_name}+{INERTIA_EFFECT}")
     logs = (recordings[p.segment.recording] for p in parts)
     carried = mass.start * held
     blocks = [_force_block(p, log, law.spec.inputs, (output, carried)) for p, log in zip(parts, logs, strict=True)]
@@ -120,6 +139,8 @@ def inverse_dynamics(
     own = at_scales(cube_of(law.spec, bounds, start, fixed), blocks, base)
     points = to_points(own, data_starts(blocks, base, None, start) or [{}])
     posed = LeastSquaresProblem(blocks, np.ones(len(blocks)), law, own)
+    # without a mass a law forgets soon: most of a cycle before the first one compared is not needed
+    posed = shortened(posed, points, LEAD_CHANGE_ROUGH, LEADS)
     rng = np.random.default_rng(settings.seed)
     ended = search.run(posed, points, Limits(seconds=settings.seconds), rng, INVERSE_DESCENT)
     found = dict(zip(law.spec.names, own.to_theta(ended.point[None, :])[0].tolist(), strict=True))
@@ -142,7 +163,7 @@ def _force_block(part: SegmentPart, log: Recording, inputs: Sequence[str], of: t
         moved = _by_series(mean, excitation[-period:], order, part.dt)
         motion = [np.resize(np.roll(v, first % period), rows.shape[1]) for v in moved]
     else:
-        motion = _by_polynomials(part, log, order)
+        motion = _by_polynomials(segment, log, order)
     target = excitation * (not base) - mass * (motion[2] + excitation * base)
     drive = np.stack([{**known, **dict(zip(MOTION_OF_MASS, motion, strict=False))}[n] for n in inputs])
     return full_block(segment, Drive(drive, first, part.dt, "derivatives of the motion", {}, None), target[first:])
@@ -164,16 +185,72 @@ def _by_series(values: Array, excitation: Array, order: int, dt: float) -> list[
     return found
 
 
-def _by_polynomials(part: SegmentPart, log: Recording, order: int) -> list[Array]:
+def _by_polynomials(segment: Segment, log: Recording, order: int) -> list[Array]:
     """Return the same of a motion that does not repeat, over part and lead-in; integrals without their trend."""
     values = np.asarray(log.channels[MOTION_OF_MASS[order]])
     if order == ABSOLUTE:
-        values = values - np.asarray(log.channels[part.segment.drive])
+        values = values - np.asarray(log.channels[segment.drive])
     place = min(order, 2)
     made = {MOTION_OF_MASS[place]: values}
     for name in reversed(MOTION_OF_MASS[:place]):
         path = np.cumsum(values - values.mean()) * log.dt
         slope, level = np.polyfit(np.arange(len(path)), path, 1)
         made[name] = values = path - slope * np.arange(len(path)) - level
-    plain = replace(part.segment, cycles=0, frequency=0.0)
+    plain = replace(segment, cycles=0, frequency=0.0)
     return list(smooth(replace(log, channels=made), plain, MOTION_OF_MASS[:3]).values)
+
+
+def tests_of_law(dataset: Dataset, driven_by: str, mass: str) -> Dataset:
+    """Return logs of driven masses as tests of the law: the motion in, and out u - m*x'', the force on what moves.
+
+    Where the mass is free, it is that of the plane through displacement, velocity and acceleration next to the force.
+
+    Parameters
+    ----------
+    dataset
+        Segments of logs with an excitation, and the logs.
+    driven_by
+        ``force`` or ``base``.
+    mass
+        In kg, or ``free``.
+
+    Raises
+    ------
+    ConfigError
+        If the mass is neither given nor free, or free where the base drives.
+    DataError
+        If a log has no excitation or no motion.
+    """
+    if mass == "free" and driven_by == "base":
+        raise ConfigError("--mass free: where its base drives it, only the force over the mass is known; give it in kg")
+    given = None if mass == "free" else _mass_of(mass)
+    found = [_motion_and_push(s, dataset.recordings[s.recording], driven_by) for s in dataset.segments]
+    if given is None:
+        motion, push = np.hstack([m for m, _, _ in found]), np.concatenate([p for _, p, _ in found])
+        given = float(np.linalg.lstsq(np.vstack([motion, np.ones_like(push)]).T, push, rcond=None)[0][2])
+    recordings, segments = dict(dataset.recordings), list[Segment]()
+    for segment, (motion, push, carried) in zip(dataset.segments, found, strict=True):
+        log, force = recordings[segment.recording], push - given * (motion[2] + carried)
+        others = {n: v for n, v in log.channels.items() if n not in (*EXCITATIONS.values(), *MOTION_OF_MASS)}
+        channels = {**others, **dict(zip(MOTION_OF_MASS, motion, strict=False)), OUTPUT_ON_MASS: force}
+        recordings[log.id] = replace(log, channels=channels, units={n: unit_of(n) for n in channels})
+        # the first cycle leads the law in
+        lead, cycles = (segment.samples // segment.cycles, segment.cycles - 1) if segment.cycles > 1 else (0, 0)
+        moved = replace(segment, drive=MOTION_OF_MASS[0], start=segment.start + lead, warm_up=lead, cycles=cycles)
+        segments.append(moved)
+    return Dataset(segments, recordings)
+
+
+def _motion_and_push(segment: Segment, log: Recording, driven_by: str) -> tuple[Array, Array, Array]:
+    """Return displacement, velocity and acceleration (3, N) of a log, the force and the acceleration that drive it."""
+    channel = EXCITATIONS[driven_by]
+    output = next((n for n in MOTION_OF_MASS if n in log.channels), "")
+    if channel not in log.channels or not output:
+        raise DataError(f"{log.source}: no {'motion of the mass' if channel in log.channels else channel} in this log")
+    excitation, order = np.asarray(log.channels[channel]), MOTION_OF_MASS.index(output)
+    if segment.cycles:
+        motion = _by_series(np.asarray(log.channels[output]), excitation, order, log.dt)
+    else:
+        motion = _by_polynomials(segment, log, order)
+    base = excitation * (driven_by == "base")
+    return np.stack(motion), excitation - base, base

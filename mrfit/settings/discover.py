@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from mrfit.core.setting import Setting
-from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
+from mrfit.settings.shared import CurrentOrder, DrivenBy, Jobs, Mass, Seed, Start
 
 
 @dataclass(frozen=True)
@@ -15,6 +15,11 @@ class Settings:
     ----------
     model
         Base model; effects written with it (``tanh+delay``) are part of it.
+    driven_by
+        ``none``, or ``force`` or ``base``: that drives a mass on the model; its motion in, and what the excitation and
+        its inertia leave of force out.
+    mass
+        Its mass in kg, or ``free``: every law is fitted with a mass of its own.
     current_order
         How the base's parameters depend on current: ``auto``, an order, or ``NAME=ORDER,…``.
     start
@@ -26,6 +31,8 @@ class Settings:
     """
 
     model: Annotated[str, Setting("Base model; effects written with it (tanh+delay) are part of it.", names="model")]
+    driven_by: DrivenBy = "none"
+    mass: Mass = ""
     current_order: CurrentOrder = "auto"
     start: Start = ()
     seed: Seed = 0

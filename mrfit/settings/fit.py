@@ -5,14 +5,13 @@ from typing import Annotated, Literal
 
 from mrfit.core.setting import Setting
 from mrfit.settings.forms import CONSTANTS, LIMITS, NUMBERS, Limits, Pairs
-from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
+from mrfit.settings.shared import CurrentOrder, DrivenBy, Jobs, Mass, Seed, Start
 
 # A global search ends when this share of its evaluations has passed without progress, unless told otherwise.
 PATIENCE = 0.5
 
 Intervals = Literal["hac", "bootstrap", "profile", "posterior"]
 Forms = Literal["named", "evidence"]
-DrivenBy = Literal["none", "force", "base"]
 Options = Annotated[
     Pairs,
     Setting(
@@ -106,10 +105,8 @@ class Settings:
     ] = "auto"
     options: Options = ()
     per: Per = "condition"
-    driven_by: Annotated[
-        DrivenBy, Setting("Excitation that moves a mass on the model: force in, or base acceleration in, motion out.")
-    ] = "none"
-    mass: Annotated[str, Setting("Mass in kg that is driven, or free to fit it.", metavar="KG|free")] = ""
+    driven_by: DrivenBy = "none"
+    mass: Mass = ""
     name: Annotated[str, Setting("Name of the fit; default MODEL.OPT.", show_default=False, told=None)] = ""
     seed: Seed = 0
     budget: Budget = None

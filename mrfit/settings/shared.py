@@ -32,6 +32,11 @@ Start = Annotated[
     Pairs,
     Setting("Change a start value.", metavar="NAME=VALUE", form=NUMBERS, told="{0} started at {1:g}"),
 ]
+DrivenBy = Annotated[
+    Literal["none", "force", "base"],
+    Setting("Excitation that moves a mass on the model: force in, or base acceleration in, motion out."),
+]
+Mass = Annotated[str, Setting("Mass in kg that is driven, or free to fit it.", metavar="KG|free")]
 CurrentOrder = Annotated[
     str,
     Setting(

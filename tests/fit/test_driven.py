@@ -1,18 +1,22 @@
 """Fits of a driven mass: planted parameters come back, and wrong input is one line."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import mrfit
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
+from mrfit.fit.driven import tests_of_law as made_tests
 from mrfit.fit.driven import with_drive
 from mrfit.fit.stage import FitOrigin, identify
 from mrfit.io.dataset import Dataset
 from mrfit.segment.detect import detect
 from mrfit.settings.fit import Settings
 from mrfit.simulate.assembly import assemble
+from tests import commands
 
 DT, PERIOD = 2e-3, 500
 TRUTH = {"k": 8000.0, "c": 12.0, "f0": 0.0, "mass": 2.0}
@@ -81,3 +85,52 @@ def test_two_excitations_and_one_that_aliases_are_refused() -> None:
     white = np.random.default_rng(0).standard_normal(PERIOD)
     with pytest.raises(DataError, match="of the excitation's power lies above 0.43 of the sampling rate"):
         with_drive(asked, {"r": replace(recording, channels={**recording.channels, "excitation_force": white})})
+
+
+def test_force_at_rest_is_sought_near_the_forces_that_drive() -> None:
+    recording, _ = log("base_acceleration", 1, 0.0)
+    most = 2.0 * float(np.abs(recording.channels["base_acceleration"]).max())
+    made = with_drive(Settings("bingham", driven_by="base", mass="2.0"), {"r": recording})
+    assert dict((n, (low, high)) for n, low, high in made.bounds) == {"f0": pytest.approx((-10.0 * most, 10.0 * most))}
+    own = (("f0", -5.0, 5.0),)
+    assert with_drive(Settings("bingham", driven_by="base", mass="2.0", bounds=own), {"r": recording}).bounds == own
+
+
+@pytest.mark.parametrize(("channel", "mass"), [("excitation_force", "free"), ("base_acceleration", "2.0")])
+def test_what_excitation_and_inertia_leave_is_the_force_of_the_law(channel: str, mass: str) -> None:
+    recording, segment = log(channel, 4, 0.0)
+    drive = "force" if mass == "free" else "base"
+    made = made_tests(Dataset([segment], {"r": recording}), drive, mass)
+    (moved,), test = made.segments, made.recordings["r"].channels
+    assert (moved.drive, moved.cycles, moved.warm_up, moved.start) == ("displacement", 3, PERIOD, PERIOD)
+    assert channel not in test
+    expected = TRUTH["k"] * test["displacement"] + TRUTH["c"] * test["velocity"]
+    assert np.abs(test["force"] - expected).max() < 1e-4 * np.ptp(expected)
+
+
+def test_a_mass_on_its_base_is_needed_for_the_force_of_the_law() -> None:
+    recording, segment = log("base_acceleration", 4, 0.0)
+    with pytest.raises(ConfigError, match="only the force over the mass is known"):
+        made_tests(Dataset([segment], {"r": recording}), "base", "free")
+    with pytest.raises(DataError, match="no excitation_force in this log"):
+        made_tests(Dataset([segment], {"r": recording}), "force", "free")
+
+
+def test_driven_mass_by_the_library_is_that_by_commands_and_on_the_page(tmp_path: Path) -> None:
+    recording, _ = log("excitation_force", 0, NOISE)
+    columns = [recording.channels[n] for n in ("excitation_force", "displacement")]
+    own = mrfit.Recording.from_arrays(dt=DT, excitation_force=columns[0], displacement=columns[1])
+    fit = mrfit.fit(own, "linear-spring-dashpot", driven_by="force", mass="free", holdout="none", progress=False)
+    low, high = fit.params.loc["mass", ["low", "high"]]
+    assert low <= TRUTH["mass"] <= high
+    rows = np.column_stack([np.arange(len(columns[0])) * DT, *columns])
+    header = "time_s,excitation_force_N,displacement_m"
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=header, comments="", fmt="%.17g")
+    for line in ("ingest log.csv", "fit --model linear-spring-dashpot --driven-by force --mass free", "report"):
+        done = commands.text(tmp_path, *line.split())
+        assert done.returncode == 0, done.stderr
+    page = (tmp_path / "mrfit-work/report/index.html").read_text(encoding="utf-8")
+    assert "mass that the excitation moves" in page
+    table = (tmp_path / "mrfit-work/report/parameters.csv").read_text(encoding="utf-8")
+    (row,) = [r for r in table.splitlines() if ",mass," in r]
+    assert f"{fit.params.loc['mass', 'value']:.4g}"[:5] in row
