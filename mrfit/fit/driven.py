@@ -17,7 +17,6 @@ from mrfit.driven.motion import BAND_LIMIT, split
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.dataset import Dataset
 from mrfit.search import run as search
-from mrfit.search.coarse_to_fine import LEAD_CHANGE_ROUGH, LEADS, shortened
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits
@@ -33,8 +32,9 @@ from mrfit.simulate.current_levels import base_of
 LEAST_LINE, ALIASED = 1e-2, 0.05
 # Greatest force at rest over the greatest that drives
 LARGEST_OFFSET = 10.0
-# Of the two phases: evaluations for each parameter and one more, and the share of the squared cost that each may leave
-INVERSE_DESCENT = Descent(20, 1e-4, 0.0)
+# Of the two phases: evaluations for each parameter and one more, and the share of the squared cost that each may leave.
+# A law without its mass forgets soon: most of the cycle before the first one compared is left out.
+INVERSE_DESCENT = Descent(20, 1e-4, 0.0, shortens=True)
 OUTPUT_ERROR_DESCENT = Descent(30, 1e-7, 0.0)
 INERTIA = "inertia.m"
 INERTIA_EFFECT = INERTIA.partition(".")[0]
@@ -139,8 +139,6 @@ def inverse_dynamics(
     own = at_scales(cube_of(law.spec, bounds, start, fixed), blocks, base)
     points = to_points(own, data_starts(blocks, base, None, start) or [{}])
     posed = LeastSquaresProblem(blocks, np.ones(len(blocks)), law, own)
-    # without a mass a law forgets soon: most of a cycle before the first one compared is not needed
-    posed = shortened(posed, points, LEAD_CHANGE_ROUGH, LEADS)
     rng = np.random.default_rng(settings.seed)
     ended = search.run(posed, points, Limits(seconds=settings.seconds), rng, INVERSE_DESCENT)
     found = dict(zip(law.spec.names, own.to_theta(ended.point[None, :])[0].tolist(), strict=True))

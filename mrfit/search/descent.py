@@ -31,11 +31,14 @@ class Descent(Strategy):
         Share of the squared cost that it may leave.
     exact_below
         Cost below which it goes on to the tolerance of ``multistart``.
+    shortens
+        Whether it leaves out what comes so long before the first sample compared that the model forgets it.
     """
 
     evaluations: int
     tolerance: float
     exact_below: float
+    shortens: bool = False
     # starts that cost little more than the best descend, too; characteristic points say nothing of an optimum nearby
     many_starts: ClassVar[bool] = True
     from_points: ClassVar[bool] = False
@@ -47,6 +50,8 @@ class Descent(Strategy):
     def search(self, problem: Problem, starts: Array, how: SearchContext) -> SearchResult:
         """Return where it ends from the best of start points (S, F)."""
         posed, links = measured(problem), list[ChainLink]()
+        if self.shortens:
+            posed = coarse_to_fine.shortened(posed, starts, coarse_to_fine.LEAD_CHANGE_ROUGH, coarse_to_fine.LEADS)
         thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
         projection = projection_of(thin)
         for at, damping in ((thin, multistart.FIRST_DAMPING), (posed, multistart.LAST_DAMPING)):
