@@ -30,7 +30,7 @@ help:
 	@echo 'make test-browser  the report in a browser: hover, toggle, zoom (needs Chromium; installs Playwright, 45 MB)'
 	@echo 'make test-slow  the long studies, FMUs as models, and work sent to a scheduler'
 	@echo 'make bench      measure speed, as ratios in one run'
-	@echo 'make studies    the studies of the papers, beside their published tables: docs/studies.md (ten minutes)'
+	@echo 'make studies    the studies of the papers, beside their published tables: docs/studies.md (about eleven minutes)'
 	@echo 'make studies-long  what takes longer: all points of an optimizer study, two real dampers'
 	@echo 'make studies-checks  the studies on other rigs, and the checks behind what differs'
 	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
