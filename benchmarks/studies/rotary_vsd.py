@@ -321,7 +321,7 @@ def run(logs: Path, work: Path) -> Study:
             "mrfit run pipelines/study-rotary-vsd.toml",
             f"mrfit compare --optimizers {','.join(OPTIMIZERS)} --model rotational-erf --per condition "
             f"--only CONDITION --budget 32000 --stall 1 --seeds {SEEDS}",
-            "mrfit fit --model rotational-erf --opt mwoa --opt-set b=1.2,population=30,iterations=400",
+            f"mrfit fit --model rotational-erf --opt mwoa --opt-set b=1.2,population={WHALES},iterations={ITERATIONS}",
         ],
         [
             *tables,

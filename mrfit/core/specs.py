@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,14 @@ class DerivedQuantity:
     role: str = ""
 
 
+class PassiveRange(NamedTuple):
+    """Name of a parameter, and low and high end of the range in which a model cannot release energy."""
+
+    name: str
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, slots=True)
 class ModelSpec:
     """A model's self-description, beside its ``response(drive, theta, dt)``.
@@ -105,7 +113,7 @@ class ModelSpec:
     derived
         What the module's ``derived(theta)`` returns, if it has one: (P, K) -> (P, D).
     passive
-        Name, low and high of a parameter within which the model cannot release energy, where its bounds are wider.
+        Range of a parameter within which the model cannot release energy, where its bounds are wider.
     caution
         What is to be said of every fit with it, as a warning; empty for nothing.
     free_offset
@@ -125,7 +133,7 @@ class ModelSpec:
     linear: tuple[str, ...] = ()
     rate_independent: bool = False
     derived: tuple[DerivedQuantity, ...] = ()
-    passive: tuple[str, float, float] | None = None
+    passive: PassiveRange | None = None
     caution: str = ""
     free_offset: bool = False
     co_energy: bool = False

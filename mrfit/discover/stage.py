@@ -166,8 +166,7 @@ def model_toml(found: DiscoveryFile) -> str:
     """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
     held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
     fixed = f"fixed = {{ {held} }}\n" if held else ""
-    by, mass = (found.settings.get(name, "none") for name in ("driven_by", "mass"))
-    driven = f'driven_by = "{by}"\nmass = "{mass}"\n' if by != "none" else ""
+    driven = "".join(f'{name} = "{value}"\n' for name, value in found.driven.items())
     return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{driven}{fixed}'
 
 

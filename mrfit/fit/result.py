@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from mrfit.core.channels import WORK_AGAINST
-from mrfit.core.specs import Array, DerivedQuantity, Param
+from mrfit.core.specs import Array, DerivedQuantity, Param, PassiveRange
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
@@ -259,9 +259,7 @@ def _tied(row: ResidualTest) -> str:
     )
 
 
-def warnings_of(
-    result: Result, metrics: Sequence[MetricRow], passive: tuple[str, float, float] | None = None
-) -> list[Caution]:
+def warnings_of(result: Result, metrics: Sequence[MetricRow], passive: PassiveRange | None = None) -> list[Caution]:
     """Return every reason to distrust a result, each with a name and one sentence; ``passive`` is the SPEC's."""
     found = []
 

@@ -42,20 +42,16 @@ def spread_out(points: Array, free: Index, held: Array, ranges: Array, logarithm
 
 
 @kernel
-def varied_stencils(around: Array, maps: tuple[Index, Array, Array, Mask], columns: Index, values: Array) -> Array:
-    """Return parameter vectors (Q*(1 + V), K) of points (Q, F): each as it is, then with each of some parameters moved.
+def varied_stencils(theta: Array, columns: Index, values: Array) -> Array:
+    """Return parameter vectors (Q*(1 + V), K) of some (Q, K): each as it is, then with each of some parameters moved.
 
     Parameters
     ----------
-    around
-        Points of the cube, shape (Q, F).
-    maps
-        As ``spread_out`` takes them.
+    theta
+        Shape (Q, K).
     columns, values
         The parameters moved, and where to, shape (V,).
     """
-    free, held, ranges, logarithmic = maps
-    theta = spread_out(around, free, held, ranges, logarithmic)
     count = 1 + len(columns)
     out = np.empty((len(theta) * count, theta.shape[1]))
     for q in range(len(theta)):

@@ -48,14 +48,19 @@ def evaluate(formula: Callable[..., Array], drive: Array, theta: Array) -> Array
 
 def by_blocks(simulate: Callable[[Array], Array], samples: int, theta: Array) -> Array:
     """Return simulate(theta), (P, N), a few rows of theta at a time: what it allocates then stays small and warm."""
+    return by_rows(lambda rows: simulate(theta[rows]), samples, len(theta))
+
+
+def by_rows(simulate: Callable[[slice], Array], samples: int, count: int) -> Array:
+    """Return the rows (P, N) that simulate(slice) makes of so many points, a few of them at a time."""
     rows = max(1, _BLOCK // max(samples, 1))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        if len(theta) <= rows:
-            return simulate(theta)
-        out = np.empty((len(theta), samples))
-        for first in range(0, len(theta), rows):
+        if count <= rows:
+            return simulate(slice(count))
+        out = np.empty((count, samples))
+        for first in range(0, count, rows):
             block = slice(first, first + rows)
-            out[block] = simulate(theta[block])
+            out[block] = simulate(block)
     return out
 
 

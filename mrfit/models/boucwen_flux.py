@@ -23,7 +23,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, DerivedQuantity, Ends, ModelSpec, Param, ReducedModel, Values
+from mrfit.core.specs import Array, DerivedQuantity, Ends, ModelSpec, Param, PassiveRange, ReducedModel, Values
 from mrfit.kernels.branch import (
     Branch,
     BranchCurve,
@@ -58,7 +58,7 @@ SPEC = ModelSpec(
     ),
     linear=("Lc",),
     rate_independent=True,
-    passive=("A", 1.0, 1.5),
+    passive=PassiveRange("A", 1.0, 1.5),
     derived=(
         DerivedQuantity("slope", "H", "A*Lc: inductance where z is saturated"),
         DerivedQuantity(

@@ -179,8 +179,7 @@ def next_step(found: DiscoveryFile) -> str:
     orders = found.current_dependence.orders if found.current_dependence else ()
     order = f" --current-order {','.join(f'{name}={order}' for name, order in orders)}" if orders else ""
     held = "".join(f" --fix {name}={value:.6g}" for name, value in found.held)
-    by, mass = (found.settings.get(name, "none") for name in ("driven_by", "mass"))
-    driven = f" --driven-by {by} --mass {mass}" if by != "none" else ""
+    driven = "".join(f" --{name.replace('_', '-')} {value}" for name, value in found.driven.items())
     return f"mrfit fit --model {found.augmented_model}{driven}{order}{held} --per all"
 
 

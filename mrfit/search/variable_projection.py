@@ -165,7 +165,7 @@ class Projection:
             return solved.costs, *reduced_model(rows, steps, parts)
         (count, dimension), around = points.shape, stencils(points, DIFFERENCE_STEP)
         if self.at_once:
-            theta = varied_stencils(around[0].reshape(-1, dimension), self.cube.map, *self._moved)
+            theta = varied_stencils(self.cube.to_theta(around[0].reshape(-1, dimension)), *self._moved)
             rows = self._with_last(self.posed.of_theta(theta).reshape(count * (dimension + 1), self.simulations, -1))
             rows = rows.reshape(count, dimension + 1, len(self.moving) + 1, -1)
             return affine_model(rows, self._still, self.moving, self._ranges[2:], around[1])

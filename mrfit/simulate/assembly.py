@@ -36,7 +36,7 @@ from mrfit.core.protocols import (
 )
 from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
-from mrfit.kernels.theta import by_blocks
+from mrfit.kernels.theta import by_rows
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.simulate.middles import apart, between, halved, middles_of
 
@@ -347,15 +347,14 @@ class _Chain:
                 theta[:, column] *= factor[:, 0]
             return self.base.simulate(inputs, theta, dt)
 
-        def simulate(points: Array) -> Array:
-            rows = points[:, 0].astype(np.intp)
-            varied = np.empty((len(rows), theta.shape[1], drive.shape[1]))
-            varied[...] = theta[rows, :, None]
+        def simulate(rows: slice) -> Array:
+            own = theta[rows, :, None]
+            varied = np.broadcast_to(own, (*own.shape[:2], drive.shape[1])).copy()
             for column, factor in factors:
                 varied[:, column] *= factor[rows]
             return self.base.simulate(inputs, varied, dt)
 
-        return by_blocks(simulate, drive.shape[1], np.arange(float(len(theta)))[:, None])
+        return by_rows(simulate, drive.shape[1], len(theta))
 
     def _factors(self, channels: dict[str, Array], parts: list[Array], dt: float) -> list[tuple[int, Array]]:
         """Return the factors on the base's parameters, (P, 1) or (P, N) by column, in the order of the effects."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrfit.core.specs import DerivedQuantity, ModelSpec, Param
+from mrfit.core.specs import DerivedQuantity, ModelSpec, Param, PassiveRange
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
 from mrfit.fit.result import NO_LIMITS, derived_rows, warnings_of, with_intervals
@@ -160,7 +160,7 @@ def test_what_ended_a_search_is_what_to_raise(out_of_time: bool, remedy: str) ->
 
 def test_what_would_keep_a_model_passive_is_said_where_it_is_known() -> None:
     active = replace(SOUND, passivity=[Passivity(condition="a", loop_area=-0.1, passive=False)])
-    texts = [warnings_of(active, METRICS, passive)[0].text for passive in (("A", 1.0, 1.5), None)]
+    texts = [warnings_of(active, METRICS, passive)[0].text for passive in (PassiveRange("A", 1.0, 1.5), None)]
     assert texts[0] == f"{texts[1]}; it cannot with --bounds A=1:1.5"
 
 

@@ -422,6 +422,12 @@ class DiscoveryFile(Stored):
                 raise ValueError(f"suspects: '{other}', instead of which '{suspect.name}' may stand, is none of them")
         return self
 
+    @property
+    def driven(self) -> dict[str, str]:
+        """Settings by which a mass is driven, by name; none where no mass is."""
+        own = {name: str(self.settings.get(name, "none")) for name in ("driven_by", "mass")}
+        return own if own["driven_by"] != "none" else {}
+
     def to_json(self) -> dict[str, Any]:
         """Return the file's content as JSON has it, without what was never set."""
         whole = self.model_dump(mode="json", by_alias=True, exclude_unset=True)
