@@ -7,12 +7,16 @@ that they give agree after a few iterations (Hairer and Wanner, Solving Ordinary
 accelerations foreseen from the last step tell the error, and a step too long is halved. A step of the law ends where
 the speed turns within one of the motion. Where the shortest does not settle, as where a law sticks, its end is found by
 bisection of the speed.
+
+Of masses that differ a little, as for derivatives by differences, the others follow the steps of the first: what each
+errs is then nearly the same, and their difference does not hold it.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
@@ -26,6 +30,12 @@ _ITERATIONS, _BISECTIONS = 12, 80
 _SHARE = 0.05
 # Share of the tolerance to which iterations settle, and below which the next step may be twice as long
 _SETTLED, _EASY = 0.02, 0.04
+# How many times the tolerance one that follows another's steps may err before it halves them
+_FOLLOWS = 4.0
+
+
+StepPattern = NDArray[np.int8]
+"""At the beginning of each step its halvings, times 16, and its iterations, 0 where they did not settle; else -1."""
 
 
 class MovingMass(NamedTuple):
@@ -121,22 +131,22 @@ def _half_step(
 def _step(  # fmt: skip
     body: MovingMass,
     trials: tuple[Trial, Trial, Trial],
-    place: int,
-    width: int,
+    span: tuple[int, int, int],
     begun: tuple[float, float, float, float, float],
     limit: float,
-) -> tuple[float, float, float, float, float, bool]:
-    """Return displacement, velocity, accelerations at middle and end, force, and whether they settled within a limit.
+) -> tuple[float, float, float, float, float, int]:
+    """Return displacement, velocity, accelerations at middle and end, force, and iterations, 0 if they did not settle.
 
-    ``begun`` are displacement, velocity, acceleration and the accelerations foreseen. The state behind the step goes to
-    the last of the trials.
+    ``span`` are its place, its width and the least iterations; ``begun`` are displacement, velocity, acceleration and
+    the accelerations foreseen. The state behind the step goes to the last of the trials.
     """
+    place, width, least = span
     x, v, a, a_half, a_end = begun
     h, change = body.fine * width, math.inf
     w_half, w_end = body.push[place + width // 2], body.push[place + width]
     start, half, turn = trials
-    x_end, v_end, force, settled = x, v, 0.0, False
-    for _ in range(_ITERATIONS):
+    x_end, v_end, force, settled = x, v, 0.0, 0
+    for done in range(1, _ITERATIONS + 1):
         x_half = x + 0.5 * h * v + h * h / 96.0 * (7.0 * a + 6.0 * a_half - a_end)
         v_half = v + h / 24.0 * (5.0 * a + 8.0 * a_half - a_end)
         x_end, v_end = x + h * v + h * h / 6.0 * (a + 2.0 * a_half), v + h / 6.0 * (a + 4.0 * a_half + a_end)
@@ -149,10 +159,10 @@ def _step(  # fmt: skip
         new_end = w_end - force / body.mass
         before, change = change, abs(new_half - a_half) + abs(new_end - a_end)
         a_half, a_end = new_half, new_end
-        settled = h * change <= _SETTLED * limit
-        if settled:
+        if h * change <= _SETTLED * limit and done >= least:
             _take(body.chain, last, length, turn)
-        if settled or not change < 0.7 * before:
+            settled = done
+        if settled > 0 or not (change < 0.7 * before or done < least):
             break
     return x_end, v_end, a_half, a_end, force, settled
 
@@ -181,10 +191,11 @@ def _stuck(body: MovingMass, trial: Trial, begun: tuple[float, float], h: float,
 
 
 @kernel
-def moved_mass(body: MovingMass, tolerance: float, speed: float) -> Array:
+def moved_mass(body: MovingMass, tolerance: float, speed: float, pattern: StepPattern, follows: bool) -> Array:
     """Return displacement, velocity, acceleration and force (4, N) of a mass that begins at rest, on a law at rest.
 
     The tolerance is the error of a step as a share of the greatest speed so far, which is a first guess in m/s before.
+    Its steps are written to a pattern, or are those of one that it follows.
     """
     chain, push, fine = body.chain, body.push, body.fine
     samples = (len(push) - 1) // PER_SAMPLE + 1
@@ -197,20 +208,27 @@ def moved_mass(body: MovingMass, tolerance: float, speed: float) -> Array:
     commit(chain, start, -1.0)
     a = push[0] - force / body.mass
     # accelerations of the last step, at its beginning and middle, and its length
-    first, middle, before = a, a, 1
+    first, middle, before, refused = a, a, 1, -1
     out[0, 0], out[1, 0], out[2, 0], out[3, 0] = x, v, a, force
     while place < len(push) - 1 and math.isfinite(x + v + a):
+        least, most = 0, tolerance
+        if follows and pattern[place] >= 0 and place != refused:
+            k, least, most = pattern[place] >> 4, pattern[place] & 15, _FOLLOWS * tolerance
         width = PER_SAMPLE >> k
-        h, limit, ratio = fine * width, tolerance * speed, width / before
+        h, limit, ratio = fine * width, most * speed, width / before
         bend, slope = 2.0 * (first - 2.0 * middle + a), first - 4.0 * middle + 3.0 * a
         seen_half, seen_end = a + 0.5 * ratio * (slope + 0.5 * ratio * bend), a + ratio * (slope + ratio * bend)
         begun = (x, v, a, seen_half, seen_end)
-        x_end, v_end, a_half, a_end, f_end, settled = _step(body, (start, half, turn), place, width, begun, limit)
+        x_end, v_end, a_half, a_end, f_end, settled = _step(
+            body, (start, half, turn), (place, width, least), begun, limit
+        )
         error = _SHARE * h * (abs(a_half - seen_half) + abs(a_end - seen_end)) / limit
-        if not (settled and error <= 1.0) and k < HALVINGS - 1:
-            k += 1
+        if not (settled > 0 and error <= 1.0) and k < HALVINGS - 1:
+            k, refused = k + 1, place
             continue
-        if settled:
+        if not follows:
+            pattern[place] = (k << 4) + settled
+        if settled > 0:
             for s in range(chain.places.whole):
                 start.state[s] = turn.state[s]
             first, middle = a, a_half

@@ -12,6 +12,7 @@ point-symmetrically beyond its ends. It is exact to 1e-8 for what lies below 0.4
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from hashlib import sha256
 
 import numpy as np
 from scipy.signal import firwin, upfirdn
@@ -19,7 +20,7 @@ from scipy.signal import firwin, upfirdn
 from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, ModelSpec, Param, Response
-from mrfit.driven.integrator import PER_SAMPLE, MovingMass, moved_mass
+from mrfit.driven.integrator import PER_SAMPLE, MovingMass, StepPattern, moved_mass
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.program import DEFAULTS, DamperProgram
@@ -77,10 +78,17 @@ def spec_around(law: ModelSpec, name: str) -> ModelSpec:
     )
 
 
-def response_around(law: ModelSpec, name: str, dependence: CurrentDependence | None) -> Response:
-    """Return the batched response of a mass on a force model, whose SPEC is given."""
+def response_around(
+    law: ModelSpec, name: str, dependence: CurrentDependence | None, tolerance: float | None = None
+) -> Response:
+    """Return the batched response of a mass on a force model, whose SPEC is given.
+
+    The tolerance is that of a step; None is ``STEP_TOLERANCE``. All masses of a batch take the steps of the first. With
+    a tolerance of its own all that follow do, too: as parameters move, what is simulated then changes smoothly.
+    """
     model, drive, output = split(name)
     spec = spec_around(law, name)
+    taken: dict[bytes, StepPattern] = {}
 
     def simulate(inputs: Array, theta: Array, dt: float) -> Array:
         """Return the motion (P, N) of inputs (C, N), parameters (P, K) and dt in s."""
@@ -88,7 +96,12 @@ def response_around(law: ModelSpec, name: str, dependence: CurrentDependence | N
         pushed, carrying = between_samples(inputs[0]), inputs[0] if drive == "base" else 0.0
         known = {**DEFAULTS, "current": 0.0, **given}
 
-        def lane(values: Array) -> Array:
+        of_these = sha256(inputs.tobytes()).digest()
+        pattern, follows = taken.get(of_these), of_these in taken
+        if pattern is None:
+            pattern = np.full(len(pushed), -1, np.int8)
+
+        def lane(values: Array, follows: bool = True) -> Array:
             program, mass = DamperProgram(model, values[:-1], dependence, False, dt / PER_SAMPLE), float(values[-1])
             chain, names = program.chain, program.channels
             places = np.array([names.index(n) if n in names else -1 for n in MOTION_OF_MASS[:3]])
@@ -96,13 +109,17 @@ def response_around(law: ModelSpec, name: str, dependence: CurrentDependence | N
             others = np.ascontiguousarray(others[:1] if np.all(others == others[0]) else others)
             push = pushed * (1.0 / mass if drive == "force" else -1.0)
             speed = dt * max(np.abs(push[: PER_SAMPLE + 1]).max(), 1e-6 * np.abs(push).max(), 1e-290)
-            found = moved_mass(MovingMass(chain, places, others, push, dt / PER_SAMPLE, mass), STEP_TOLERANCE, speed)
+            body = MovingMass(chain, places, others, push, dt / PER_SAMPLE, mass)
+            found = moved_mass(body, tolerance or STEP_TOLERANCE, speed, pattern, follows)
             rows = [*found[:3], found[2] + carrying]
             motion: Array = rows[MOTION_OF_MASS.index(output)]
             return motion
 
+        first = [] if follows else [lane(theta[0], False)]
+        if tolerance:
+            taken[of_these] = pattern
         with ThreadPoolExecutor(_LANES) as pool:
-            return np.stack(list(pool.map(lane, theta)))
+            return np.stack([*first, *pool.map(lane, theta[len(first) :])])
 
     return simulate
 

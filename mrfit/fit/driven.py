@@ -6,19 +6,19 @@ error of the free run.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS, OUTPUT_ON_MASS, unit_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.driven.motion import BAND_LIMIT, split
+from mrfit.driven.motion import BAND_LIMIT, STEP_TOLERANCE, response_around, split
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.dataset import Dataset
 from mrfit.search import run as search
 from mrfit.search.cube import Cube, cube_of
-from mrfit.search.descent import Descent
+from mrfit.search.descent import Descent, without_forgotten
 from mrfit.search.limits import Limits
 from mrfit.search.parts import SegmentPart
 from mrfit.search.problem import LeastSquaresProblem, SegmentBlock, full_block
@@ -35,7 +35,11 @@ LARGEST_OFFSET = 10.0
 # Of the two phases: evaluations for each parameter and one more, and the share of the squared cost that each may leave.
 # A law without its mass forgets soon: most of the cycle before the first one compared is left out.
 INVERSE_DESCENT = Descent(20, 1e-4, 0.0, shortens=True)
-OUTPUT_ERROR_DESCENT = Descent(30, 1e-7, 0.0)
+# The free run may err by this share of what the fit leaves of the record; tolerances of a step that are tried
+SOLVER_SHARE, TOLERANCES = 0.005, tuple(STEP_TOLERANCE * 8.0**k for k in (3, 2, 1, 0))
+# Share of the largest residual by which leaving out what comes long before the first sample may change any, near the
+# optimum and far from it
+FORGOTTEN, FORGOTTEN_ROUGHLY = 1e-3, 0.05
 INERTIA = "inertia.m"
 INERTIA_EFFECT = INERTIA.partition(".")[0]
 # Place of the one motion that is beside that of the base
@@ -106,6 +110,52 @@ def _check_band(log: Recording, values: Array) -> None:
             f"{log.source}: {100 * beyond:.0f} % of the excitation's power lies above {BAND_LIMIT:g} of the sampling "
             "rate, so that it is not known between samples (aliased or white): log it faster, or filtered"
         )
+
+
+@dataclass(frozen=True)
+class OutputErrorDescent(Descent):
+    """Strategy: a descent of the free run, simulated roughly at first and then as closely as the noise asks."""
+
+    def thinned(self, posed: LeastSquaresProblem, starts: Array) -> LeastSquaresProblem:
+        """Return the problem on thinned data, roughly simulated, without what the mass forgets."""
+        thin = at_tolerance(super().thinned(posed, starts), TOLERANCES[0])
+        return without_forgotten(thin, starts, FORGOTTEN_ROUGHLY)
+
+    def closely(self, posed: LeastSquaresProblem, points: Array) -> LeastSquaresProblem:
+        """Return the problem on all data, see ``within_noise``, without what the mass forgets."""
+        return without_forgotten(within_noise(posed, points), points, FORGOTTEN)
+
+
+OUTPUT_ERROR_DESCENT = OutputErrorDescent(30, 1e-7, 0.0, thinned_tolerance=5e-4)
+
+
+def at_tolerance(posed: LeastSquaresProblem, tolerance: float) -> LeastSquaresProblem:
+    """Return a problem of driven masses whose steps may err by a tolerance, see ``motion.response_around``."""
+    name, dependence = posed.assembly.recipe or (posed.assembly.name, None)
+    response = response_around(assemble(split(name)[0], dependence).spec, name, dependence, tolerance)
+    return replace(posed, assembly=replace(posed.assembly, simulate=response))
+
+
+def within_noise(posed: LeastSquaresProblem, points: Array) -> LeastSquaresProblem:
+    """Return a problem of driven masses that is simulated no closer than the noise of its records asks.
+
+    The error of a tolerance is the difference to an eighth of it, which halves the steps or nearly so.
+
+    Parameters
+    ----------
+    posed
+        What is fitted.
+    points
+        Near the optimum in the cube, (1, F): what they leave of the records is taken as noise.
+    """
+    made = [at_tolerance(posed, t) for t in TOLERANCES]
+    rough = made[0].residuals(points)
+    for own, closer in zip(made, made[1:], strict=False):
+        close = closer.residuals(points)
+        if not np.linalg.norm(close - rough) > SOLVER_SHARE * np.linalg.norm(close):
+            return own
+        rough = close
+    return made[-1]
 
 
 def inverse_dynamics(

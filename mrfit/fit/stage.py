@@ -17,7 +17,7 @@ from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.diagnostics.trust import drift_warnings, slope_warnings, trust
-from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive
+from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive, within_noise
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
 from mrfit.fit.laws.choice import LawChoice
@@ -36,6 +36,7 @@ from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.limits import seconds_left
 from mrfit.search.parts import Blocks, SegmentPart
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.starts import (
     at_scales,
     beside_effects,
@@ -359,8 +360,11 @@ class _Runner:
         group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         rng = search.rng(f"{name} intervals")
-        weight, intervals = settings.weight, settings.intervals
-        trusted = trust(group, self.assembly, cube, point, simulated, weight=weight, intervals=intervals, rng=rng)
+        weight, intervals, judged = settings.weight, settings.intervals, self.assembly
+        if driven:
+            weights = weights_of(group.search, group.training_floors, weight)
+            judged = within_noise(LeastSquaresProblem(group.search, weights, judged, cube), point[None]).assembly
+        trusted = trust(group, judged, cube, point, simulated, weight=weight, intervals=intervals, rng=rng)
         parts = zip(group.full.parts, offsets, group.floors, strict=True)
         first = group.full.segments[0]
         result = Result(

@@ -273,7 +273,7 @@ def _joined(first: SearchResult, fine: Objective, last: SearchResult | None) -> 
 def thinned(blocks: Sequence[SegmentBlock]) -> list[SegmentBlock]:
     """Return blocks with fewer samples: a folded cycle in fewer bins, another drive at every n-th sample."""
     fewest = max(THINNED_SAMPLES_MIN // max(len(blocks), 2), FEWEST_EACH)
-    return [_fewer_bins(b) if b.bins is not None else _fewer_samples(_one_cycle(b), fewest) for b in blocks]
+    return [_fewer_bins(b) if b.weights.shape[1] > 1 else _fewer_samples(_one_cycle(b), fewest) for b in blocks]
 
 
 def _one_cycle(block: SegmentBlock) -> SegmentBlock:

@@ -11,7 +11,7 @@ from mrfit.optimizers import multistart
 from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import coarse_to_fine
 from mrfit.search.limits import SearchContext, offset_progress
-from mrfit.search.problem import Problem, measured
+from mrfit.search.problem import LeastSquaresProblem, Problem, measured
 from mrfit.search.result import ChainLink, SearchResult
 from mrfit.search.strategy import Strategy
 from mrfit.search.variable_projection import projection_of
@@ -33,12 +33,15 @@ class Descent(Strategy):
         Cost below which it goes on to the tolerance of ``multistart``.
     shortens
         Whether it leaves out what comes so long before the first sample compared that the model forgets it.
+    thinned_tolerance
+        The share that it may leave on thinned data; None for the same.
     """
 
     evaluations: int
     tolerance: float
     exact_below: float
     shortens: bool = False
+    thinned_tolerance: float | None = None
     # starts that cost little more than the best descend, too; characteristic points say nothing of an optimum nearby
     many_starts: ClassVar[bool] = True
     from_points: ClassVar[bool] = False
@@ -51,11 +54,13 @@ class Descent(Strategy):
         """Return where it ends from the best of start points (S, F)."""
         posed, links = measured(problem), list[ChainLink]()
         if self.shortens:
-            posed = coarse_to_fine.shortened(posed, starts, coarse_to_fine.LEAD_CHANGE_ROUGH, coarse_to_fine.LEADS)
-        thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
-        projection = projection_of(thin)
-        for at, damping in ((thin, multistart.FIRST_DAMPING), (posed, multistart.LAST_DAMPING)):
+            posed = without_forgotten(posed, starts, coarse_to_fine.LEAD_CHANGE_ROUGH)
+        at = self.thinned(posed, starts)
+        projection = projection_of(at)
+        for damping in (multistart.FIRST_DAMPING, multistart.LAST_DAMPING):
             before = links[0].evaluations if links else 0
+            if links:
+                at = self.closely(posed, starts)
             objective = coarse_to_fine.objective_of(at, projection, starts, offset_progress(before, how.on_progress))
             links.append(self._link(objective, damping, how, before))
             starts = coarse_to_fine.to_full_cube(objective, objective.best_point[None, :])
@@ -69,13 +74,22 @@ class Descent(Strategy):
         )
         return coarse_to_fine.completed(result, objective, starts)
 
+    def thinned(self, posed: LeastSquaresProblem, starts: Array) -> LeastSquaresProblem:
+        """Return the problem with which it begins from start points (S, F)."""
+        return replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
+
+    def closely(self, posed: LeastSquaresProblem, points: Array) -> LeastSquaresProblem:
+        """Return the problem with which it goes on from points (1, F)."""
+        return posed
+
     def _link(self, objective: Objective, damping: float, how: SearchContext, before: int) -> ChainLink:
         """Return what a descent did on thinned data or, after so many evaluations, on all, where it may end exactly."""
         allowed = self.evaluations * (objective.dimension + 1)
         if how.limits.budget is not None:
             allowed = min(allowed, max(how.limits.budget // 2, 1))
         objective.allow(allowed, deadline=how.deadline)
-        over = multistart.refine(objective, np.asarray(objective.starts), self.tolerance, damping)
+        tolerance = self.tolerance if before else self.thinned_tolerance or self.tolerance
+        over = multistart.refine(objective, np.asarray(objective.starts), tolerance, damping)
         if before and objective.best_cost < self.exact_below:
             over = multistart.refine(objective, objective.best_point[None, :])
         late = how.deadline is not None and time.monotonic() >= how.deadline
@@ -89,3 +103,11 @@ class Descent(Strategy):
             reason="settled" if over else "time limit reached" if late else f"budget of {allowed} evaluations spent",
             history=tuple((before + e, cost) for e, cost in objective.history),
         )
+
+
+def without_forgotten(posed: LeastSquaresProblem, points: Array, share: float) -> LeastSquaresProblem:
+    """Return a problem without what changes no residual at points (P, F) by more than a share of the largest one.
+
+    That is what comes long before the first sample compared.
+    """
+    return coarse_to_fine.shortened(posed, points, share, coarse_to_fine.LEADS)

@@ -8,7 +8,7 @@ the same minimum; the work no longer grows with the length of the log.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -68,7 +68,7 @@ class SegmentBlock:
     counts: Array
     scatter: float
     method: str
-    bins: NDArray[np.int16] | None = None
+    bins: NDArray[np.integer] | None = None
     cycle: int = 0
 
     @property
@@ -159,8 +159,12 @@ def _series(drive: Drive, lead: int, count: int) -> Array:
 def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> SegmentBlock:
     """Return a block with the samples of a periodic drive folded onto one cycle; any other drive gives a full block.
 
+    An excitation in its steady state is folded sample by sample.
     ``ahead`` are the cycles that are simulated beyond the one compared.
     """
+    cycle = drive.values.shape[1] - drive.warm_up
+    if drive.fits is None and cycle < len(output):
+        return _mean_cycle(full_block(segment, drive, output[:cycle]), output)
     if drive.fits is None or len(output) <= PHASE_BINS:
         return full_block(segment, drive, output)
     frequency = next(fit.frequency for fit in drive.fits if fit.harmonics)
@@ -197,6 +201,15 @@ def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) 
         # one of them for every sample: small numbers
         bins=(np.cumsum(full)[bins] - 1).astype(np.int16),
     )
+
+
+def _mean_cycle(block: SegmentBlock, output: Array) -> SegmentBlock:
+    """Return a block of one cycle that stands for all cycles of an output (N,) by their mean."""
+    bins = np.arange(len(output)) % len(block.target)
+    counts = np.bincount(bins).astype(np.float64)
+    target = np.bincount(bins, output) / counts
+    scatter = float(np.sum((output - target[bins]) ** 2))
+    return replace(block, target=target, counts=counts, scatter=scatter, bins=bins)
 
 
 def cubic_weights(first: Array, second: Array, third: Array) -> Array:

@@ -104,3 +104,14 @@ def test_what_is_no_drive_or_no_force_is_refused() -> None:
         assemble("bingham@wind")
     with pytest.raises(ConfigError, match="a mass moves on a model of force"):
         assemble("boucwen-flux@force")
+
+
+def test_masses_that_follow_give_the_derivatives_of_an_exact_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, changed = assemble("boucwen-hardening@force"), {**HARDENING, "alpha": HARDENING["alpha"] * (1 + 1e-5)}
+    theta = np.stack([whole.spec.theta(HARDENING), whole.spec.theta(changed)])
+    slopes = []
+    for tolerance in (1e-3, 1e-9):
+        monkeypatch.setattr(motion, "STEP_TOLERANCE", tolerance)
+        one, other = whole.simulate(push(TIME)[None], theta, DT)
+        slopes.append(other - one)
+    assert np.abs(slopes[0] - slopes[1]).max() < 0.02 * np.abs(slopes[1]).max()

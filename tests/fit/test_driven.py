@@ -9,10 +9,13 @@ import pytest
 import mrfit
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
+from mrfit.fit.driven import at_tolerance, with_drive, within_noise
 from mrfit.fit.driven import tests_of_law as made_tests
-from mrfit.fit.driven import with_drive
+from mrfit.fit.identify import build_group
 from mrfit.fit.stage import FitOrigin, identify
 from mrfit.io.dataset import Dataset
+from mrfit.search.cube import cube_of
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.segment.detect import detect
 from mrfit.settings.fit import Settings
 from mrfit.simulate.assembly import assemble
@@ -52,6 +55,22 @@ def test_planted_mass_spring_and_dashpot_lie_in_their_intervals() -> None:
     for found in fit.results[0].parameters:
         assert found.low <= TRUTH[found.name] <= found.high or found.value == pytest.approx(TRUTH[found.name], rel=2e-3)
     assert fit.pooled("train").rmse == pytest.approx(NOISE, rel=0.05)
+
+
+def test_cycles_are_one_mean_cycle_and_the_solver_errs_less_than_the_noise_by_far() -> None:
+    recording, segment = log("excitation_force", 4, NOISE)
+    whole = assemble("linear-spring-dashpot@force-displacement")
+    group = build_group("all", [segment], {"r": recording}, whole, False)
+    (block,) = group.search
+    measured = recording.channels["displacement"].reshape(4, PERIOD)
+    assert block.target == pytest.approx(measured.mean(axis=0))
+    assert block.scatter == pytest.approx(4 * PERIOD * np.mean(np.var(measured, axis=0)))
+    cube = cube_of(whole.spec, {}, {}, {})
+    posed = LeastSquaresProblem(group.search, np.ones(1), whole, cube)
+    point = cube.to_points(whole.spec.theta(TRUTH)[None])
+    rough, exact = (within_noise(posed, point).residuals(point)[0], at_tolerance(posed, 1e-9).residuals(point)[0])
+    assert np.sqrt(np.mean(exact**2)) == pytest.approx(NOISE, rel=0.05)
+    assert 0.0 < np.sqrt(np.mean((rough - exact) ** 2)) < 0.015 * NOISE
 
 
 def test_record_of_a_base_from_rest_gives_what_a_known_mass_hangs_on() -> None:
