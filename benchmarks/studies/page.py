@@ -310,7 +310,7 @@ def markdown(studies: Sequence[Study]) -> str:
         f"**{headline(studies)} agree.**",
         "",
         "`make studies` runs every study and writes this page; `make studies-long` adds what takes longer: Fig. 12 of "
-        "the rotary-stiffness paper at all its points, and discovery on two real dampers. The measurements of the "
+        "the rotary-stiffness paper at all its points, and discovery on real dampers. The measurements of the "
         "papers are not public: the logs are made by rigs of this project's own (`datasets/studies`), built to each "
         "paper's set-up. Published numbers: `benchmarks/studies/published`. Reproduced numbers: the commands named.",
         "",

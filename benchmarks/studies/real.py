@@ -1,9 +1,7 @@
-"""Public records of real dampers: the best model, what its authors reached, and what discovery says."""
+"""Public records of real dampers: the best model, and what its authors reached."""
 
-import json
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.io import loadmat
@@ -104,20 +102,6 @@ def shaking_table(work: Path) -> Table:
     return Table("Shaking table (labcontrol)", "sheet of the authors", "model", ["least", "greatest"], rows, note)
 
 
-def discovered(work: Path, name: str, authors: str = "not asked by the authors") -> Row:
-    """Return what the discovery in a workspace says of a record, beside what its authors say."""
-    found: dict[str, Any] = json.loads((work / "discover" / "discovery.json").read_text(encoding="utf-8"))
-    effects = ", ".join(e["name"] for e in found["effects"]) or "no effect"
-    before, after = (100.0 * found["gap"][k] for k in ("before", "after"))
-    said = f"{found['verdict']}: {effects}; held-out error {before:.3g} %, then {after:.3g} % of the range"
-    return Row(f"{name}, from {found['base_model']}", [], [], words=(authors, said))
-
-
-def discovery_table(rows: list[Row]) -> Table:
-    """Return what discovery says of records."""
-    return Table("What discovery says", "mrfit discover", "record", [], rows)
-
-
 def run(logs: Path, work: Path) -> Study | None:
     """Run the study, or return None where the real logs are absent."""
     root = Path(os.environ.get("MRFIT_REAL_LOGS", ""))
@@ -125,16 +109,15 @@ def run(logs: Path, work: Path) -> Study | None:
         return None
     for name in HERE:
         run_mrfit(work / name, "run", str(ROOT / "pipelines" / f"study-{name}.toml"), *log_words(root, name))
-    found = discovery_table([discovered(work / name, name) for name in ("press", "keio")])
     return Study(
         "real",
         "Public records of real dampers",
         "UTFSM press, Keio, labcontrol shaking table (`datasets/catalog.toml` and its sources)",
         "Real logs, not shipped; this study is skipped where `MRFIT_REAL_LOGS` names no folder of them.",
         [f"mrfit run pipelines/study-{name}.toml --log …" for name in HERE],
-        [press_table(work, root), keio_table(work), shaking_table(work), found],
+        [press_table(work, root), keio_table(work), shaking_table(work)],
         [],
         [
-            "The prototype damper (NEES-2012-1158), and discovery of the shaking table: by `make studies-long`.",
+            "The prototype damper (NEES-2012-1158), and discovery on all these records: by `make studies-long`.",
         ],
     )

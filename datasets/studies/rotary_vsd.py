@@ -54,7 +54,7 @@ class Rig:
 
     strokes: tuple[float, float] = (1e-4, 1.25e-4)
     growth: float = 2.5
-    thicker: float = 1.5
+    thicker: float = 1.2
     leak: tuple[float, float] = (18.0, 113.0)
     thinning: float = 1e3
     spring: tuple[float, float] = (-10.41, 28.48)
