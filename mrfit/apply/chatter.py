@@ -18,6 +18,7 @@ from mrfit.apply.car import Ride, Timing, rms
 from mrfit.core.specs import Array, Index
 from mrfit.io.schemas.apply import Chatter
 from mrfit.signal.cycles import turning_points as extremes
+from mrfit.signal.runs import runs
 
 # A swing counts from this share of the ride's greatest force on
 _SWING = 0.02
@@ -90,10 +91,9 @@ def turning_points(force: Array) -> tuple[Index, Array]:
 
 def bursts(quick: NDArray[np.bool_]) -> tuple[Index, Index]:
     """Return first and last turning points of the runs in which at least ``BURST`` follow each other quickly."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], quick, [False]]).astype(int)))
-    starts, stops = edges[::2], edges[1::2]
+    starts, stops = runs(quick).T
     long = stops - starts + 1 >= BURST
-    return starts[long].astype(np.int64), stops[long].astype(np.int64)
+    return starts[long], stops[long]
 
 
 def limit_cycle(ride: Ride) -> float:

@@ -32,6 +32,7 @@ from mrfit.io.schemas.apply import (
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
 from mrfit.report.sections import Section, SectionFigure, Table, render
+from mrfit.signal.runs import runs
 
 File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
 # What files are called, by schema
@@ -141,11 +142,8 @@ def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
 
 def spans(t: np.ndarray[Any, Any], where: np.ndarray[Any, Any], most: int = 200) -> list[tuple[float, float]]:
     """Return the stretches of time in which something holds, the first ``most`` of them."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
     step = float(t[1] - t[0]) if len(t) > 1 else 0.0
-    return [(float(t[a]) - step / 2, float(t[b - 1]) + step / 2) for a, b in zip(edges[::2], edges[1::2], strict=True)][
-        :most
-    ]
+    return [(float(t[a]) - step / 2, float(t[b - 1]) + step / 2) for a, b in runs(where)[:most]]
 
 
 def quarter_car(work: Path, study: QuarterCar) -> QuarterCarFile:

@@ -11,6 +11,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
 from mrfit.segment.excitation import cycles_of, waveform_of
+from mrfit.segment.stuck import around, stuck_stretches
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.signal.cycles import SteadyCycles, gaps, steady_stretches, turning_points
 from mrfit.signal.long_cycles import stretches_of
@@ -98,10 +99,17 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     looked_at = {name: recording.channels[name] for name in (drive, *LEVEL_CHANNELS) if name in recording.channels}
     means, step = thinned(replace(recording, channels=looked_at), drive)
     found, said = _detected(means, drive, min_cycles, settle, tolerance)
-    segments = tuple(replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found)
-    kept = sum(s.samples + s.warm_up for s in segments)
-    findings = tuple(said + _said(recording, drive, segments, kept))
-    return Detection(replace(recording, channels={}), recording.samples, segments, findings, kept)
+    whole = [replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found]
+    kept = sum(s.samples + s.warm_up for s in whole)
+    findings = said + _said(recording, drive, whole, kept)
+    if stuck := stuck_stretches(recording):
+        pieces = around(whole, stuck, recording.dt)
+        if pieces != whole:
+            cut = sum(s.samples for s in whole) - sum(s.samples for s in pieces)
+            channels = " and ".join(dict.fromkeys(s.channel for s in stuck))
+            findings.append(f"{recording.id}: {cut} samples where {channels} is stuck, and about them, not compared")
+        whole, kept = _numbered(pieces, recording.id), kept - sum(s.rows.stop - s.rows.start for s in stuck)
+    return Detection(replace(recording, channels={}), recording.samples, tuple(whole), tuple(findings), kept)
 
 
 def _excited(recording: Recording, drive: str) -> Segment:
@@ -275,7 +283,7 @@ def _single_sine(values: Array, dt: float) -> float:
     return float(cycles / (len(values) * dt)) if misfit(cycles) < TRIANGLE_MISFIT else 0.0
 
 
-def _said(recording: Recording, drive: str, segments: tuple[Segment, ...], kept: int) -> list[str]:
+def _said(recording: Recording, drive: str, segments: Sequence[Segment], kept: int) -> list[str]:
     """Return sentences on what was cut and on measured conditions that differ from the stated ones."""
     said = []
     if not segments:

@@ -6,6 +6,7 @@ from mrfit.core.specs import Array
 from mrfit.signal.cycles import turning_points
 from mrfit.signal.harmonics import HarmonicFit
 from mrfit.signal.noise import noise_level
+from mrfit.signal.runs import runs
 
 # A current called sine by its laboratory is bent by the coil; a triangle's own misfit to a sine is 0.12.
 SINE_MISFIT = 0.2
@@ -72,8 +73,7 @@ def _plateaus(values: Array, noise: float) -> tuple[Array, float]:
     lag = max(1, len(means) // 40)
     change = np.abs(means[lag:] - means[:-lag])
     still = change <= 0.01 * float(np.ptp(values)) + 4 * noise / np.sqrt(size)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
-    stretches = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= max(1, lag // 2)]
+    stretches = [(a, b) for a, b in runs(still) if b - a >= max(1, lag // 2)]
     levels = np.array([np.median(means[lag + a : lag + b]) for a, b in stretches])
     return levels, sum(b - a for a, b in stretches) / len(still)
 

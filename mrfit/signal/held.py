@@ -7,6 +7,7 @@ extreme values, as a play is, would keep either. A held signal has one value, kn
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.signal.runs import runs
 
 # Shortest hold in samples, over which noise is told from movement
 PLATEAU_SAMPLES_MIN = 32
@@ -43,8 +44,7 @@ def _still(values: Array, noise: float) -> list[tuple[int, int]]:
     mean = (sums[PLATEAU_SAMPLES_MIN:] - sums[:-PLATEAU_SAMPLES_MIN]) / PLATEAU_SAMPLES_MIN
     power = (squares[PLATEAU_SAMPLES_MIN:] - squares[:-PLATEAU_SAMPLES_MIN]) / PLATEAU_SAMPLES_MIN - mean**2
     still = power <= ((EXCESS + 2.0 / np.sqrt(PLATEAU_SAMPLES_MIN)) * noise) ** 2
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
-    return [(int(a), int(b) + PLATEAU_SAMPLES_MIN - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [(int(a), int(b) + PLATEAU_SAMPLES_MIN - 1) for a, b in runs(still)]
 
 
 def _is_level(hold: Array, noise: float) -> bool:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mrfit.core.specs import Array
 from mrfit.signal.noise import noise_level, quantisation
+from mrfit.signal.runs import runs
 
 Mask = NDArray[np.bool_]
 Method = Literal["cycles", "repeats", "regression", "other records", "not known"]
@@ -78,8 +79,7 @@ def measured_samples(values: Array) -> Mask:
     if len(values) < PATCH_SAMPLES or quantisation(values) > 0.0:
         return measured
     straight = np.abs(np.diff(values, 2)) <= FLOOR_ROUNDING * float(np.ptp(values))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(np.int8)))
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
+    for first, last in runs(straight):
         if last - first >= PATCH_SAMPLES - 2:
             measured[first : last + 2] = False
     return measured

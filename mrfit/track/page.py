@@ -8,6 +8,7 @@ from mrfit.apply.figures import MEASURED, PALETTE, Curve, Panel, figure
 from mrfit.core.channels import unit_of
 from mrfit.io.schemas.track import TracksFile
 from mrfit.report.sections import Section, SectionFigure, Table, render
+from mrfit.signal.runs import runs
 from mrfit.track.run import BlockRefits, ParameterTrack
 
 _BAND = 1.96
@@ -55,8 +56,8 @@ def page_of(
 
 
 def _figure(track: ParameterTrack, blocks: BlockRefits, prefix: str, log: str) -> str:
-    moving = np.flatnonzero(np.diff(np.concatenate([[0], (track.chosen > 0).astype(int), [0]])))
-    marks = [(float(track.time[a]), float(track.time[min(b, len(track.time) - 1)])) for a, b in moving.reshape(-1, 2)]
+    moving = runs(track.chosen > 0)
+    marks = [(float(track.time[a]), float(track.time[min(b, len(track.time) - 1)])) for a, b in moving]
     panels = list[Panel]()
     for k, p in enumerate(track.plan.parameters):
         value, half = track.values[:, k], _BAND * track.deviations[:, k]

@@ -7,9 +7,9 @@ import numpy as np
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest.meaning.sanity import Flanks, away_from_the_ends, longest_run, rectangular
+from mrfit.signal.runs import runs
+from mrfit.signal.stuck import FEWEST_JUDGED, STUCK_KIND, stuck_rows
 
-FEWEST_JUDGED = 100
-"""A shorter channel is not judged."""
 FEW_OUTSIDE = (0.1, 99.9)
 """Percentiles that stand for the ends of a channel."""
 RAIL_WIDTHS = (0.01, 0.03)
@@ -18,16 +18,6 @@ CROWDED, RAIL_SHARE = 6.0, 0.02
 """So much more often than beside it, and so much of the time, a channel stands at its rail."""
 RAIL_CORNER, HOP = 0.2, 0.2
 """A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
-STUCK, LONGER = 20, 5.0
-"""Samples of a run of one number, and how many times longer than other runs it is."""
-MOST_CODES = 2.0**32
-"""Codes over which no converter steps."""
-WHOLE_CODE = 0.01
-"""Largest departure of a value from whole codes, in codes."""
-MOVING = 0.7
-"""Least share of steps that are not zero elsewhere in a channel that is stuck."""
-OTHERS_MOVE = 0.3
-"""Least part of its range through which another channel moves meanwhile."""
 WRAP, SAME_WRAP = 0.5, 0.1
 """Least step of a wrap-round in the range of the channel, and how much such steps may differ."""
 
@@ -65,8 +55,8 @@ def _at_rail(height: Array) -> int | None:
         beside = max(np.count_nonzero(np.abs(height - 1.0 + (k + 0.5) * width) < 0.5 * width) for k in (1, 2, 3))
         if np.count_nonzero(inside) < max(CROWDED * beside, RAIL_SHARE * len(height)) or longest_run(inside) < 5:
             continue
-        first, last = _edges(inside)
-        entries = first[(last - first >= 4) & (first >= 4)]
+        first, stop = runs(inside).T
+        entries = first[(stop - first >= 5) & (first >= 4)]
         if not len(entries) or np.mean(height[inside] == 1.0) > 0.5:
             continue  # one exact level is said to be clipped
         corner = np.median(speed[entries - 4]) / usual
@@ -75,67 +65,14 @@ def _at_rail(height: Array) -> int | None:
     return None
 
 
-def _edges(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and the last sample of each run in which a mask is true."""
-    steps = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return steps[::2], steps[1::2] - 1
-
-
 def _stuck(record: Recording, name: str) -> Iterator[Finding]:
-    values = record.channels[name]
-    for still, code in _still(values):
-        if (rows := _stuck_rows(record, name, still, code)) is not None:
-            level, within = float(np.median(values[rows])), f"within {code:.2g} of" if code else "at exactly"
-            text = (
-                f"{name} stands {within} {level:.6g} for {rows.stop - rows.start} samples while the test goes on: stuck"
-            )
-            yield Finding("stuck", name, rows.start * record.dt, text)
-            return
-
-
-def _still(values: Array) -> Iterator[tuple[np.ndarray, float]]:
-    """Yield the samples at which a channel stands still: exactly, then within one code of its converter, and that."""
-    steps = np.abs(np.diff(values))
-    yield steps == 0.0, 0.0
-    code = float(steps[steps > 0.0].min())
-    if float(steps.max()) > MOST_CODES * code:
-        return
-    codes = (values - values.min()) / code
-    if codes.max() < FEWEST_JUDGED or np.max(np.abs(codes - np.round(codes))) > WHOLE_CODE:
-        return
-    for shift in range(3):
-        yield np.diff((np.round(codes) + shift) // 3) == 0.0, code
-
-
-def _stuck_rows(record: Recording, name: str, still: np.ndarray, code: float) -> slice | None:
-    """Return the first rows over which a channel stands far longer than elsewhere; ``code`` is by how much it moves."""
-    values = record.channels[name]
-    first, last = _edges(still)
-    lengths = last - first + 1
-    long = np.flatnonzero(lengths >= STUCK)
-    others = lengths[lengths < STUCK]
-    usual = float(np.percentile(others, 90.0)) if len(others) else 1.0
-    elsewhere = len(still) - int(lengths[long].sum())
-    if not len(long) or elsewhere < STUCK or len(still) - int(lengths.sum()) < MOVING * elsewhere:
-        return None
-    steps = np.abs(np.diff(values))
-    step = float(np.percentile(steps[~still], 99.5))
-    for k in long[lengths[long] >= LONGER * usual]:
-        begin, end = int(first[k]), int(last[k]) + 2
-        level = float(np.median(values[begin:end]))
-        off = abs(level) <= code and name in ("current", "voltage")
-        at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
-        jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
-        if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met
-            continue
-        if jumps or _another_moves(record, name, slice(begin, end)):
-            return slice(begin, end)
-    return None
-
-
-def _another_moves(record: Recording, name: str, rows: slice) -> bool:
-    others = [v for n, v in record.channels.items() if n != name and np.ptp(v)]
-    return any(np.ptp(v[rows]) > OTHERS_MOVE * np.ptp(v) for v in others)
+    found, code = stuck_rows(record.channels, name)
+    if found:
+        rows = found[0]
+        level, within = float(np.median(record.channels[name][rows])), f"within {code:.2g} of" if code else "at exactly"
+        text = f"{name} stands {within} {level:.6g} for {rows.stop - rows.start} samples while the test goes on: stuck"
+        more = f", and {len(found) - 1} times more" if len(found) > 1 else ""
+        yield Finding(STUCK_KIND, name, rows.start * record.dt, text + more)
 
 
 def _wraps(part: Array, dt: float) -> tuple[str, float] | None:

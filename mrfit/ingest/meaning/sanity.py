@@ -11,6 +11,7 @@ from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.meaning.conditions import main_frequency
+from mrfit.signal.runs import runs
 
 LEVELS_OF_A_DEAD_CHANNEL = 3
 CLIPPED_SHARE = 0.005
@@ -171,9 +172,8 @@ class Flanks:
     def of(cls, values: Array, ends: tuple[float, float]) -> "Flanks":
         """Measure the first ways from one end of a signal to the other that take several samples."""
         part = (values - ends[0]) / (ends[1] - ends[0])
-        between = np.diff(np.concatenate([[0], ((part > 0.1) & (part < 0.9)).astype(np.int8), [0]]))
         found: list[float] = []
-        for first, end in zip(np.flatnonzero(between > 0), np.flatnonzero(between < 0), strict=True):
+        for first, end in runs((part > 0.1) & (part < 0.9)):
             way = part[end] - part[first - 1] if 0 < first and end < len(part) else 0.0
             if abs(way) > 0.7 and end - first >= FLANK:
                 found.append(-float(np.sign(way) * (_cubic_weights(int(end - first)) @ part[first:end])))
@@ -217,8 +217,7 @@ def rectangular(values: Array, ends: tuple[float, float]) -> bool:
 
 def longest_run(mask: np.ndarray) -> int:
     """Return the most neighbouring samples for which a mask is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
+    return int(np.max(np.diff(runs(mask)), initial=0))
 
 
 def _power_sign(record: Recording) -> list[Finding]:

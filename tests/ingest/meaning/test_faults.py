@@ -42,6 +42,15 @@ def test_a_stuck_channel(length: int, begin: int) -> None:
         assert _faults(force=np.round(values, 1)) == [("stuck", "force")]
 
 
+def test_a_short_hold_is_seen_where_noise_leaves_no_two_samples_alike_and_not_elsewhere() -> None:
+    values, smooth = FORCE.copy(), 900.0 * SINE
+    for begin in (700, 1500, 2100):
+        values[begin : begin + 10] = values[begin]
+        smooth[begin : begin + 10] = smooth[begin]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=values) == [("stuck", "force")]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=smooth) == []
+
+
 @pytest.mark.parametrize("end", [np.argmin, np.argmax])
 def test_a_channel_that_is_stuck_at_the_end_of_its_own_range(end: Callable[[Array], int]) -> None:
     values, begin = FORCE.copy(), int(end(FORCE))

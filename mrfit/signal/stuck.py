@@ -1,0 +1,88 @@
+"""Rows at which a sensor or a logger is stuck: a channel stands at one number while the test goes on."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.signal.runs import runs
+
+STUCK_KIND = "stuck"
+"""Kind of the finding on a stuck channel."""
+FEWEST_JUDGED = 100
+"""A shorter channel is not judged."""
+STUCK, LONGER = 20, 5.0
+"""Steps of a run of one number, and how many times longer than other runs it is."""
+NEVER_BY_CHANCE, TURNING = 8, 0.3
+"""Steps of such a run where hardly two neighbours are alike, and least share of bends in noise that follow another."""
+MOST_CODES = 2.0**32
+"""Codes over which no converter steps."""
+WHOLE_CODE = 0.01
+"""Largest departure of a value from whole codes, in codes."""
+MOVING = 0.7
+"""Least share of steps that are not zero elsewhere in a channel that is stuck."""
+OTHERS_MOVE = 0.3
+"""Least part of its range through which another channel moves meanwhile."""
+
+
+def stuck_rows(channels: Mapping[str, Array], name: str) -> tuple[list[slice], float]:
+    """Return the rows at which one of the channels (N,) of a record is stuck, and within how much it stands there."""
+    for still, code in _still(channels[name]):
+        if found := _held_rows(channels, name, still, code):
+            return found, code
+    return [], 0.0
+
+
+def _still(values: Array) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield the samples at which a channel stands still: exactly, then within one code of its converter, and that."""
+    steps = np.abs(np.diff(values))
+    yield steps == 0.0, 0.0
+    code = float(steps[steps > 0.0].min())
+    if float(steps.max()) > MOST_CODES * code:
+        return
+    codes = (values - values.min()) / code
+    if codes.max() < FEWEST_JUDGED or np.max(np.abs(codes - np.round(codes))) > WHOLE_CODE:
+        return
+    for shift in range(3):
+        yield np.diff((np.round(codes) + shift) // 3) == 0.0, code
+
+
+def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code: float) -> list[slice]:
+    """Return the rows over which a channel stands far longer than elsewhere; ``code`` is by how much it moves."""
+    values = channels[name]
+    first, stop = runs(still).T
+    lengths = stop - first
+    bends = np.diff(values, 2)
+    noisy = not code and float(np.mean(bends[1:] * bends[:-1] < 0.0)) > TURNING
+    certain = noisy and _usual(lengths, NEVER_BY_CHANCE) <= 1.0
+    fewest = NEVER_BY_CHANCE if certain else STUCK
+    long = np.flatnonzero(lengths >= fewest)
+    elsewhere = len(still) - int(lengths[long].sum())
+    if not len(long) or elsewhere < STUCK or len(still) - int(lengths.sum()) < MOVING * elsewhere:
+        return []
+    step = float(np.percentile(np.abs(np.diff(values))[~still], 99.5))
+    found = []
+    for k in long[lengths[long] >= LONGER * _usual(lengths, fewest)]:
+        begin, end = int(first[k]), int(stop[k]) + 1
+        level = float(np.median(values[begin:end]))
+        off = abs(level) <= code and name in ("current", "voltage")
+        at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
+        jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
+        if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met
+            continue
+        # until the end a machine may have been switched off
+        goes_on = jumps or (certain and end < len(values))
+        if goes_on or _another_moves(channels, name, slice(begin, end)):
+            found.append(slice(begin, end))
+    return found
+
+
+def _usual(lengths: np.ndarray, fewest: int) -> float:
+    """Return the usual length of runs of less than ``fewest`` steps: nine of ten are no longer."""
+    short = lengths[lengths < fewest]
+    return float(np.percentile(short, 90.0)) if len(short) else 1.0
+
+
+def _another_moves(channels: Mapping[str, Array], name: str, rows: slice) -> bool:
+    others = [v for n, v in channels.items() if n != name and np.ptp(v)]
+    return any(np.ptp(v[rows]) > OTHERS_MOVE * np.ptp(v) for v in others)
