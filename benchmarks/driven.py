@@ -1,6 +1,6 @@
 """Masses on planted laws, driven by force or base: how often intervals hold the truth, and the solver's error.
 
-python -m benchmarks.driven [--records 6] [--seed 3917] > docs/benchmarks/driven.md
+python -m benchmarks.driven [--records 6] [--seed 61139] > docs/benchmarks/driven.md
 """
 
 import argparse
@@ -42,7 +42,7 @@ A mass of {mass:g} kg on a planted law, from rest: {samples} samples at {rate:g}
 acceleration between 0.5 and 60 Hz, white noise on the displacement of {noises} % of its rms. `fit --driven-by force
 --mass free`, and `--driven-by base --mass {mass:g}`. `in intervals`: parameters that the data determine whose planted
 value lies in their 95 % interval. `error/noise`: rms difference of the motion, simulated as closely as the fit does,
-from one at a thousandth of the finest tolerance, over the noise, at worst. Seeds below 1 000, and 3 900, were for
+from one at a thousandth of the finest tolerance, over the noise, at worst. Seeds below 1 000, 3 900 and 3 917 were for
 development. {records} records a row, seed {seed}.
 
 | law | driven by | records | refused | intervals | in intervals (%) | rmse/noise | error/noise | median time (s) |
@@ -92,7 +92,7 @@ def fitted(law: str, by: str, noise: float, rng: np.random.Generator) -> FittedR
     seconds = time.perf_counter() - begun
     counted, held = held_intervals(content.results[0], truth)
     group = build_group("all", [segment], {"r": record}, whole, False)
-    cube = cube_of(whole.spec, {}, {}, {})
+    cube = cube_of(whole.spec, {}, {}, dict(fixed))
     close = within_noise(LeastSquaresProblem(group.search, np.ones(1), whole, cube), cube.to_points(theta))
     error = close.assembly.simulate(drive[None], theta, DT)[0] - moved
     left = content.pooled("train").rmse / level
@@ -108,7 +108,7 @@ def held_intervals(result: Result, truth: dict[str, float]) -> tuple[int, int]:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--records", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=3917)
+    parser.add_argument("--seed", type=int, default=61139)
     given = parser.parse_args()
     noises = ", ".join(f"{100 * n:g}" for n in NOISES)
     about = {"mass": MASS, "samples": SAMPLES, "rate": 1 / DT, "noises": noises}

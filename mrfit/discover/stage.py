@@ -159,7 +159,8 @@ def of_driven(found: DiscoveryFile, settings: Settings) -> DiscoveryFile:
     by = f" --driven-by {settings.driven_by} --mass {settings.mass}"
     laws = [o.model_copy(update={"model": law(o.model), "command": law(o.command) + by}) for o in found.other_laws]
     models = {"base_model": law(found.base_model), "augmented_model": law(found.augmented_model)}
-    return found.model_copy(update={**models, "other_laws": tuple(laws)})
+    other = found.other_base and found.other_base.model_copy(update={"model": law(found.other_base.model)})
+    return found.model_copy(update={**models, "other_laws": tuple(laws), "other_base": other})
 
 
 def model_toml(found: DiscoveryFile) -> str:

@@ -1,7 +1,7 @@
 """A fit as the exported model has it: its elements and what is around them as functions, and the fields of structs."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -24,6 +24,7 @@ from mrfit.export.tracker import TrackerPlan
 from mrfit.export.tracker_c import TrackerFields, print_estimator, tracker_fields
 from mrfit.kernels.branch import curve_of, prepared
 from mrfit.kernels.filters import level
+from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import Order, count, logarithmic
 
 # Steps a second at which late values are exact, and places beyond those
@@ -41,11 +42,15 @@ BUILT_IN = frozenset(
 
 @dataclass(frozen=True)
 class Parts:
-    """The context of templates, all functions of the model, and the tracker beside it if there is one."""
+    """The context of templates, all functions of the model, and the tracker beside it if there is one.
+
+    Of a driven mass the functions are those of its law, whose own context is ``law``.
+    """
 
     context: Context
     program: ir.Program
     tracker: TrackerFields | None = None
+    law: Context | None = None
 
 
 def parts_of(source: ExportSource, tunable: bool = False, plan: TrackerPlan | None = None) -> Parts:
@@ -65,6 +70,8 @@ def parts_of(source: ExportSource, tunable: bool = False, plan: TrackerPlan | No
     DataError
         If the model or an effect has no C form.
     """
+    if source.is_driven:
+        return _around(source, parts_of(law_of(source), tunable))
     prefix = prefix_of(source.prefix or source.name)
     reader = ProgramReader(own_functions(), f"{prefix}_")
     scaled = {p.role for p in source.base.params}
@@ -116,6 +123,21 @@ def parts_of(source: ExportSource, tunable: bool = False, plan: TrackerPlan | No
     )
     tracker = tracker_fields(plan, fields, context.effects) if plan else None
     return Parts(context, reader.settled(), tracker)
+
+
+def law_of(source: ExportSource) -> ExportSource:
+    """Return the law on which a driven mass hangs, under a name of its own; its logs have no inputs of it."""
+    law = assemble(source.law_name, source.dependence)
+    prefix = f"{prefix_of(source.prefix or source.name)}_law"
+    return replace(source, assembly=law, theta=source.theta[:-1], stretches=(), prefix=prefix)
+
+
+def _around(source: ExportSource, law: Parts) -> Parts:
+    """Return a driven mass on a law that has a C form."""
+    output = ChannelField(source.spec.output, field(source.spec.output), in_comment(source.spec.output))
+    inputs, prefix = [_channel(source, n) for n in source.channels], prefix_of(source.prefix or source.name)
+    own = replace(law.context, p=prefix, inputs=inputs, output=output, count=len(source.theta))
+    return replace(law, context=own, law=law.context)
 
 
 def _ident(name: str) -> str:

@@ -40,6 +40,9 @@ def differentiated(x: Array, dt: float, tau: float) -> tuple[Array, Array]:
 
 def costs(source: ExportSource) -> Cost:
     """Return the costs of raw inputs and of derived ones, RMS over the fit's logs as a share of the output's range."""
+    if source.is_driven:
+        # its excitation is not smoothed
+        return Cost((), DEFAULT)
     channel, orders = derived_of(source)
     chosen = [s for s in source.stretches if s.raw][:_SEGMENTS] or list(source.stretches)[:_SEGMENTS]
     if not chosen:

@@ -15,12 +15,21 @@ from html import escape
 
 from mrfit.core import children, temporary
 from mrfit.errors import DataError
-from mrfit.export.c import TRACKER_ENDING, compared, noise_told, notes_of, rendered, tracker_source, user_inputs
+from mrfit.export.c import (
+    TRACKER_ENDING,
+    causality_told,
+    compared,
+    noise_told,
+    notes_of,
+    rendered,
+    tracker_source,
+    user_inputs,
+)
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import compiled, required, run_compiler
 from mrfit.export.fmi_description import build_description, model_description, start_of
-from mrfit.export.head import CAUSALITY, head_lines
+from mrfit.export.head import head_lines
 from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
@@ -77,7 +86,7 @@ def _written(source: ExportSource, settings: Settings, plan: TrackerPlan | None 
             difference = compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])
         told, error = difference.text, difference.largest
     binaries = built_binaries(prefix, sources, settings.fmi)
-    lines = [told, *notes_of(source), CAUSALITY, *cost.lines]
+    lines = [told, *notes_of(source), *causality_told(source, cost)]
     description = model_description(source, parts, token, head_lines(source, lines), settings.fmi, plan)
     archive = packed(prefix, description, sources, binaries, head_lines(source, lines), settings.fmi)
     said = (

@@ -107,17 +107,27 @@ class ExportSource:
         found = self.assembly.recipe[1]
         return found if found and found.varies else None
 
+    @property
+    def law_name(self) -> str:
+        """Written name of the model, of a driven mass that of the law it hangs on."""
+        return self.assembly.name.partition("@")[0]
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether it is a driven mass."""
+        return "@" in self.assembly.name
+
     @cached_property
     def base(self) -> ModelSpec:
         """SPEC of the base model, as it stands in its file."""
-        return registry.load("model", self.assembly.name.partition("+")[0]).SPEC
+        return registry.load("model", self.law_name.partition("+")[0]).SPEC
 
     @cached_property
     def links(self) -> tuple[EffectLink, ...]:
         """The effects in the order in which they act."""
-        modules = [registry.load("effect", e) for e in self.assembly.name.split("+")[1:]]
+        modules = [registry.load("effect", e) for e in self.law_name.split("+")[1:]]
         specs = sorted((m.SPEC for m in modules), key=lambda s: (SLOTS.index(s.slot), s.name))
-        first = len(self.theta) - sum(len(s.params) for s in specs)
+        first = len(self.theta) - self.is_driven - sum(len(s.params) for s in specs)
         links = []
         for spec in specs:
             links.append(EffectLink(spec, self.theta[first : first + len(spec.params)]))
@@ -127,7 +137,7 @@ class ExportSource:
     @property
     def base_theta(self) -> Array:
         """Parameters of the base model at their nodes of current (K',)."""
-        return self.theta[: len(self.theta) - sum(len(link.theta) for link in self.links)]
+        return self.theta[: len(self.theta) - self.is_driven - sum(len(link.theta) for link in self.links)]
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -238,11 +248,11 @@ def source_of(
 
 
 def _left_out(source: ExportSource, without: Sequence[str]) -> ExportSource:
-    base, *effects = source.assembly.name.split("+")
+    base, *effects = source.law_name.split("+")
     for name in without:
         if name not in effects:
             raise ConfigError(f"--without {name}: the model is {source.assembly.name}, which has no such effect")
-    kept = "+".join([base, *(e for e in effects if e not in without)])
+    kept = source.assembly.name.replace(source.law_name, "+".join([base, *(e for e in effects if e not in without)]))
     assembly = assemble(kept, source.dependence)
     values = dict(zip(source.spec.names, source.theta, strict=True))
     theta = assembly.spec.theta(values)

@@ -27,6 +27,8 @@ EXPORT_FORMATS = {
 }
 # Those that can have a tracker beside the model
 TRACKING = frozenset({"c", "fmu", "matlab"})
+# Those of a driven mass
+WITH_MASS = frozenset({"c", "fmu"})
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,8 @@ def run(
     """
     asked = list(dict.fromkeys(formats))
     check(asked)
+    if settings.track and source.is_driven:
+        raise ConfigError(f"--track: {source.name} is a driven mass; a tracker is made of a model of force or flux")
     if settings.track and not TRACKING & {*asked}:
         raise ConfigError(f"--track: a tracker is made beside the model with --to {' or '.join(sorted(TRACKING))}")
     source = _prefixed(source, settings.prefix)
@@ -104,6 +108,7 @@ def run(
         module: Any = importlib.import_module(f"mrfit.export.{EXPORT_FORMATS[name]}")
         write: Callable[[ExportSource, Settings], Files] = module.files
         try:
+            _check_driven(source, name)
             made[name] = write(source, settings)
         except MrfitError as error:
             written.failed[name] = str(error)
@@ -119,6 +124,12 @@ def run(
         written.errors[name] = files.error
     progress("exporting", len(asked), len(asked))
     return written
+
+
+def _check_driven(source: ExportSource, name: str) -> None:
+    if source.is_driven and name not in WITH_MASS:
+        formats = " or ".join(sorted(WITH_MASS))
+        raise DataError(f"--to {name}: a driven mass has no such form; --to {formats} has, force in and motion out")
 
 
 def _prefixed(source: ExportSource, prefix: str) -> ExportSource:

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.evidence.other_laws import near_the_floor, worth_telling
+from mrfit.discover.evidence.other_laws import better_alone, near_the_floor, worth_telling
 from mrfit.discover.invariance.findings import LawErrors, LawFindings, LawGap, closed, finite
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import combine
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.selection.questions import EffectScreening
 from mrfit.discover.stage import Settings, model_toml, run
-from mrfit.discover.writing.open_law import with_another_base, with_examination, with_gap, with_laws
+from mrfit.discover.writing.open_law import with_another_base, with_examination, with_gap, with_laws, without_proof
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import (
     BrokenInvariance,
@@ -215,6 +215,21 @@ def test_what_is_taken_back_stands_as_a_suspect_and_the_model_is_the_base_again(
     assert (found.gap.before, found.gap.after, found.gap.closed) == (0.05, 0.05, 0.0)
     assert not found.candidates[0].accepted and found.ways is not None and not found.ways.agree
     assert any("only if the law of bingham were exact" in s for s in sentences(found))
+
+
+def test_effects_beside_which_another_law_alone_leaves_less_are_told_with_it_and_far_above_it_have_no_proof() -> None:
+    gap = Gap(noise_floor=0.001, before=0.05, after=0.0105, closed=0.95)
+    named = told(FOUND).model_copy(update={"gap": gap})
+    less, more = other("tanh", 0.96), other("guo", 0.9).model_copy(update={"holdout_nrmse": 0.02})
+    assert better_alone(named, (less, more)) == (less,)
+    assert not better_alone(named, (less, more), STANDARD.law_alone)
+    assert better_alone(
+        named.model_copy(update={"gap": gap.model_copy(update={"after": 0.012})}), (less,), STANDARD.law_alone
+    )
+    back = without_proof(with_laws(named, (less,)))
+    assert (back.verdict, back.effects, back.augmented_model) == ("unexplained", (), "bingham")
+    assert back.gap.after == back.gap.before and [law.model for law in back.other_laws] == ["tanh"]
+    assert back.ways is not None and "tanh leaves less without any" in back.ways.difference
 
 
 def test_what_cannot_be_examined_changes_nothing_but_says_so() -> None:

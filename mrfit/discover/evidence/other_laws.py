@@ -6,6 +6,8 @@ Each is fitted once, from where its characteristic points in the data put it, an
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from mrfit.core import registry
 from mrfit.core.specs import ModelSpec
 from mrfit.discover.evidence.fixed_effects import refitted, with_held
@@ -13,7 +15,7 @@ from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.policy import Policy
 from mrfit.discover.writing.findings import gap_of
 from mrfit.errors import MrfitError, Unreachable
-from mrfit.io.schemas.discovery import OtherLaw
+from mrfit.io.schemas.discovery import DiscoveryFile, OtherLaw
 from mrfit.simulate.current_dependence import CurrentDependence
 
 Dependence = Callable[[str], CurrentDependence | None]
@@ -53,6 +55,12 @@ def worth_telling(laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, .
     """Return the laws that take a visible share of the gap, effects held, the one that takes most first."""
     told = [law for law in laws if _taken(law) > policy.law_takes]
     return tuple(sorted(told, key=lambda law: -_taken(law))[: policy.most_laws])
+
+
+def better_alone(found: DiscoveryFile, laws: Sequence[OtherLaw], times: float = 1.0) -> tuple[OtherLaw, ...]:
+    """Return the laws without any effect beside which a base leaves more, by a factor, with the effects it names."""
+    after = found.gap.after or 0.0
+    return tuple(law for law in laws if times * (law.holdout_nrmse or np.inf) < after)
 
 
 def near_the_floor(floors: float, policy: Policy) -> bool:

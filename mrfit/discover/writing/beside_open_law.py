@@ -11,7 +11,7 @@ from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, effects_for
 from mrfit.discover.evidence.fixed_effects import refitted, with_held
 from mrfit.discover.evidence.gather import SimulatedEvidence
-from mrfit.discover.evidence.other_laws import Dependence, other_laws
+from mrfit.discover.evidence.other_laws import Dependence, better_alone, other_laws
 from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
@@ -21,7 +21,7 @@ from mrfit.discover.policy import Policy
 from mrfit.discover.selection.combine import combine, leaves_noise
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.writing.findings import gap_of
-from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws
+from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws, without_proof
 from mrfit.io.schemas.discovery import DiscoveryFile, InvariantEffect
 
 
@@ -63,6 +63,11 @@ def beside_open_law(
         found = with_gap(found, gap_of(fitter.bench, base, after), without)
     if not examined.not_applicable and combined.law_may_be_off:
         found = with_laws(found, other_laws(fitter, base, held, dependence, policy))
+    elif not examined.not_applicable and chosen.final.effects:
+        laws = better_alone(found, other_laws(fitter, base, held, dependence, policy))
+        found = with_laws(found, laws)
+        if better_alone(found, laws, policy.law_alone):
+            found, after = without_proof(found), base
     return OpenLawResult(found, after)
 
 

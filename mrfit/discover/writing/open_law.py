@@ -68,6 +68,14 @@ def with_examination(
     return exact.model_copy(update=told)
 
 
+def without_proof(found: DiscoveryFile) -> DiscoveryFile:
+    """Return a discovery that names no effects, since another law leaves clearly less without any."""
+    names = " and ".join([*(e.name for e in found.effects), *found.ambiguous_set])
+    told = f"with the base taken as exact {names} would be there; {found.other_laws[0].model} leaves less without any"
+    ways = found.ways.model_copy(update={"agree": False, "difference": told}) if found.ways else None
+    return _taken_back(found).model_copy(update={"verdict": "unexplained", "ways": ways})
+
+
 def _taken_back(exact: DiscoveryFile) -> DiscoveryFile:
     """Return a discovery where nothing confirms what the base taken as exact names."""
     gap, known = exact.gap, exact.gap.noise_floor is not None
