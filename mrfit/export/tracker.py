@@ -18,8 +18,9 @@ from mrfit.simulate.current_dependence import base_name
 
 WALK_RATES = (0.02, 0.1, 0.5)
 """Changes of a parameter in a minute, as shares of its value, which the filters of random walks expect."""
-# Share of a parameter's unit by which sensitivities are forward differences; standard deviation of one that is open
-_DIFFERENCE, _OPEN = 1e-3, 0.1
+# Share of a parameter's unit by which sensitivities are forward differences: of 1e-3, rounding is ten times as large;
+# standard deviation of one that is open
+_DIFFERENCE, _OPEN = 1e-2, 0.1
 # Share of the greatest rate of the slowest test below which a damper stands
 _STANDING = 0.05
 

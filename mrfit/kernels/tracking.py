@@ -4,6 +4,7 @@ The output is linear in the parameters about the estimate: error = measured − 
 forward differences of models that step beside it. Parameters are in standard deviations of the prior from its mean.
 One filter takes them as constant since it began, the others as random walks. Their evidence decides which one gives
 the estimate: the cumulative sum of the logarithm of the ratio of their likelihoods (Page, Biometrika 41 (1954) 100).
+While parameters move, a filter whose sum begins anew begins anew itself, at the one chosen: none holds what is past.
 A last filter goes on as if the last change had not been: where its evidence since then is the better, there was none.
 Odds that another filter is right (Shiryaev, Theory Probab. Appl. 8 (1963) 22) widen the variances.
 
@@ -25,7 +26,7 @@ from mrfit.kernels.jit import kernel
 CHANGED = 10.0
 # Evidence in nats at which moving parameters are taken to move otherwise, or to have come to rest
 MOVED_OTHERWISE = 6.0
-# Evidence in nats at which the filter of constant parameters begins again while they move
+# Evidence in nats at which a filter begins again at the one chosen, while parameters move
 BEHIND = -1.0
 # Changes a second, by any of the filters, for which bands have room; and the most nats that one sample adds to odds
 CHANGE_RATE, MOST_NATS = 0.2, 20.0
@@ -111,11 +112,8 @@ def _updated(t: Any, plan: Any, m: int, sensitivity: Any, error: float, white: f
 
 @kernel
 def _restarted(t: Any, plan: Any, m: int, other: int) -> None:
-    """Let filter m begin where another one is, which may still be on its way, unless it moves what that holds."""
-    within = True
-    for k in range(len(t.gain)):
-        within = within and (plan.walk[m, k] == 0.0 or plan.walk[other, k] > 0.0)
-    if within and m != other:
+    """Let filter m begin where another one is, which may still be on its way."""
+    if m != other:
         for k in range(len(t.gain)):
             t.mean[m, k] = t.mean[other, k]
             for j in range(len(t.gain)):
@@ -140,7 +138,7 @@ def _weighed(t: Any, plan: Any) -> None:
     chosen, last = int(t.chosen[0]), len(t.evidence) - 1
     found = chosen
     for m in range(last):
-        t.evidence[m] = max(t.evidence[m], BEHIND if m == 0 else 0.0) + t.likelihood[m] - t.likelihood[chosen]
+        t.evidence[m] += t.likelihood[m] - t.likelihood[chosen]
         if t.evidence[m] > max(t.evidence[found], CHANGED if chosen == 0 else MOVED_OTHERWISE):
             found = m
     t.evidence[last] += t.likelihood[last] - t.likelihood[chosen]
@@ -155,13 +153,16 @@ def _weighed(t: Any, plan: Any) -> None:
             _restarted(t, plan, last, 0)
             for k in range(len(t.gain)):
                 t.before[0, k], t.before[1, k] = t.mean[0, k], t.covariance[0, k, k]
+        t.odds[chosen], most = 1.0, max(t.odds[found], 1.0)
         for m in range(last):
-            t.evidence[m], t.odds[m] = 0.0, 0.0
-            if found > 0:
-                _restarted(t, plan, m, found)
-    elif found > 0 and t.evidence[0] < BEHIND:
-        t.evidence[0] = 0.0
-        _restarted(t, plan, 0, found)
+            t.evidence[m] = 0.0
+            t.odds[m] = 0.0 if unchanged else t.odds[m] / most
+    for m in range(last):
+        if found == 0:
+            t.evidence[m] = max(t.evidence[m], 0.0)
+        elif t.evidence[m] < BEHIND:
+            t.evidence[m] = 0.0
+            _restarted(t, plan, m, found)
 
 
 @kernel
@@ -176,7 +177,7 @@ def _doubted(t: Any, plan: Any, dt: float) -> None:
     for k in range(len(t.gain)):
         weight, spread = 0.0, 0.0
         for m in range(1, last):
-            if m != chosen and plan.walk[m, k] > 0.0:
+            if m != chosen:
                 off = t.mean[m, k] - t.mean[chosen, k]
                 weight += t.odds[m]
                 spread += t.odds[m] * (t.covariance[m, k, k] + off * off)

@@ -28,7 +28,6 @@ from tests.export.test_matlab import OCTAVE
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 NOISE, DT = 8.0, 1e-3
-# Rounding grows by the differences that sensitivities are made of, and by sub-steps where a shape is tracked
 CASES = (
     ("tanh", ("fy", "c"), "", 1e-9),
     ("tanh+temperature", ("temperature.b_yield", "fy"), "", 1e-9),

@@ -9,6 +9,7 @@ import pytest
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.export.tracker import plan_of
+from mrfit.kernels.tracking import begun_estimator, corrected
 from mrfit.track.run import ParameterTrack, track_log
 from tests.track.logs import DT, NOISE, SHARE, VALUES, columns, fitted, force, motion
 
@@ -114,6 +115,21 @@ def test_a_step_is_followed_and_no_other_parameter_moves(name: str, share: float
     assert np.argmax(there) * DT < {"fy": 0.3, "c": 3.0, "f0": 3.0}[name]
 
 
+@pytest.mark.parametrize("name", TRACKED)
+def test_no_filter_holds_what_is_past(name: str) -> None:
+    plan, channels = plan_of(fitted(), TRACKED), motion(12.0, 16)
+    t, k = begun_estimator(plan.prior, plan.filters), TRACKED.index(name)
+    rows = np.column_stack([columns(channels)[n] for n in TRACKED]) * plan.column("deviation")
+    noise = plan.deviation * np.random.default_rng(17).standard_normal(len(rows))
+    change = np.zeros(len(TRACKED))
+    change[k] = -0.3 * VALUES[name] / plan.column("deviation")[k]
+    for n, row in enumerate(rows):
+        truth = change * (n > 3 * len(rows) // 4)
+        corrected(t, plan.constants, row, float(row @ (truth - t.estimate) + noise[n]), DT, 1)
+    # the last filter alone stands for no change at all
+    assert np.abs(t.mean[:-1, k] - change[k]).max() < 0.2 * abs(change[k])
+
+
 def test_a_ramp_stays_within_the_bands() -> None:
     channels = motion(30.0, 6)
     course = VALUES["fy"] * (1.0 + 0.2 * np.clip(np.linspace(-0.5, 1.5, len(channels["velocity"])), 0.0, 1.0))
@@ -145,13 +161,16 @@ def test_a_sample_that_is_no_number_changes_nothing() -> None:
 
 
 def test_without_a_change_the_end_is_the_batch_fit() -> None:
-    channels = motion(40.0, 12)
-    measured = force(channels, 13, fy=820.0, c=760.0, f0=38.0)
-    found = tracked(measured, channels)
-    rows = np.column_stack([columns(channels)[n] for n in TRACKED])
-    rest = VALUES["k"] * columns(channels)["k"]
-    batch = np.linalg.lstsq(rows[found.moves > 0], (measured - rest)[found.moves > 0], rcond=None)[0]
-    assert np.abs((found.values[-1] - batch) / found.deviations[-1]).max() < 1.0
+    off = list[Array]()
+    for seed in range(6):
+        channels = motion(40.0, 12 + seed)
+        measured = force(channels, 30 + seed, fy=820.0, c=760.0, f0=38.0)
+        found = tracked(measured, channels)
+        rows = np.column_stack([columns(channels)[n] for n in TRACKED])
+        rest = VALUES["k"] * columns(channels)["k"]
+        batch = np.linalg.lstsq(rows[found.moves > 0], (measured - rest)[found.moves > 0], rcond=None)[0]
+        off.append((found.values[-1] - batch) / found.deviations[-1])
+    assert np.sqrt(np.mean(np.square(off), axis=0)).max() < 1.0
 
 
 def test_a_bound_holds() -> None:
