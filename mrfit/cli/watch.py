@@ -93,9 +93,10 @@ def _line(look: "LookAtTest") -> str:
         return "open" if low is None or high is None else f"± {(high - low) / 2.0:.2g}"
 
     told = ", ".join(
-        f"{v.name} {v.value:.5g} {half(v.low, v.high)}{' reached' if v.reached else ''}" for v in look.values
+        f"{v.name} {v.value:.5g} {half(v.low, v.high)} {v.unit}{' reached' if v.reached else ''}" for v in look.values
     )
-    more = f"; about {number_of('more cycle', look.needed - look.cycles)}" if look.needed else ""
+    left = look.needed - look.cycles if look.needed else None
+    more = "" if left is None else f"; about {number_of('more cycle', left)}" if left > 0 else "; the next look decides"
     return f"{number_of('cycle', look.cycles)}, {look.seconds:.3g} s: {told or 'nothing is determined'}" + (
         "" if look.reached else more
     )
@@ -105,7 +106,7 @@ def _show(answer: WatchAnswer) -> None:
     last = answer.looks[-1]
     rows = [[v.name, v.value, v.unit, v.low, v.high, "yes" if v.reached else "no"] for v in last.values]
     console.print_table(
-        f"{answer.log} after {last.seconds:.3g} s", ("parameter", "value", "", "low", "high", "reached"), rows
+        f"{answer.log} after {last.seconds:.3g} s", ("parameter", "value", "unit", "low", "high", "reached"), rows
     )
     if not answer.stopped:
         return

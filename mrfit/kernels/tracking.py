@@ -4,7 +4,7 @@ The output is linear in the parameters about the estimate: error = measured − 
 forward differences of models that step beside it. Parameters are in standard deviations of the prior from its mean.
 One filter takes them as constant since it began, the others as random walks. Their evidence decides which one gives
 the estimate: the cumulative sum of the logarithm of the ratio of their likelihoods (Page, Biometrika 41 (1954) 100).
-While parameters move, a filter whose sum begins anew begins anew itself, at the one chosen: none holds what is past.
+While parameters move, a filter whose sum falls behind begins again at the one chosen: none holds what is past.
 A last filter goes on as if the last change had not been: where its evidence since then is the better, there was none.
 Odds that another filter is right (Shiryaev, Theory Probab. Appl. 8 (1963) 22) widen the variances.
 

@@ -27,19 +27,24 @@ from tests.export.test_matlab import OCTAVE
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
-NOISE, DT = 8.0, 1e-3
+# The noise's standard deviation as a share of the output's range
+NOISE, DT = 0.005, 1e-3
+
+
+def two_of(model: str) -> tuple[str, ...]:
+    """Two parameters of a model: what yields and damps, where it has such."""
+    params = sorted(registry.load("model", model).SPEC.params, key=lambda p: p.role not in ("yield", "viscous"))
+    return params[0].name, next((p.name for p in params if p.role == "viscous"), params[1].name)
+
+
 CASES = (
-    ("tanh", ("fy", "c"), "", 1e-9),
-    ("tanh+temperature", ("temperature.b_yield", "fy"), "", 1e-9),
-    ("boucwen", ("alpha", "c"), "alpha=1", 1e-9),
-    ("dahl", ("fy", "rho"), "", 1e-9),
-    pytest.param("boucwen", ("alpha", "c", "kappa"), "alpha=1", 2e-7, marks=pytest.mark.slow),
-    pytest.param("biviscous", ("fy", "C_inf", "vy"), "", 1e-9, marks=pytest.mark.slow),
-    pytest.param("herschel-bulkley", ("fy", "C_inf"), "", 1e-9, marks=pytest.mark.slow),
-    pytest.param("boucwen-hardening", ("alpha", "c"), "", 1e-9, marks=pytest.mark.slow),
-    pytest.param("guo", ("fy", "C_inf"), "", 1e-9, marks=pytest.mark.slow),
-    pytest.param("spencer", ("alpha", "C_inf"), "", 1e-9, marks=pytest.mark.slow),
-    pytest.param("polynomial", ("a1", "a2"), "", 1e-9, marks=pytest.mark.slow),
+    ("tanh", ("fy", "c"), ""),
+    ("tanh+temperature", ("temperature.b_yield", "fy"), ""),
+    ("boucwen", ("alpha", "c"), "alpha=1"),
+    ("dahl", ("fy", "rho"), ""),
+    pytest.param("boucwen", ("alpha", "c", "kappa"), "alpha=1", marks=pytest.mark.slow),
+    pytest.param("biviscous", ("fy", "C_inf", "vy"), "", marks=pytest.mark.slow),
+    *(pytest.param(m, two_of(m), "", marks=pytest.mark.slow) for m in registry.names("model") if m != "tanh"),
 )
 
 
@@ -48,20 +53,22 @@ def noisy(model: str, orders: str) -> ExportSource:
     spec = registry.load("model", model.partition("+")[0]).SPEC
     source = rig(model, CurrentDependence(orders_of(spec, orders), 0.2, 1.4) if orders else None)
     (log,) = source.stretches
-    noise = NOISE * np.random.default_rng(0).standard_normal(len(log.measured))
+    noise = NOISE * source.output_range * np.random.default_rng(0).standard_normal(len(log.measured))
     return replace(source, stretches=(replace(log, measured=log.simulated + noise),))
 
 
-def drive_of(source: ExportSource, seconds: float = 1.0) -> tuple[Array, Array]:
-    """Inputs (C, N), which rest for a while, and an output that grows by a fifth."""
+def drive_of(source: ExportSource, names: Sequence[str], seconds: float = 1.0) -> tuple[Array, Array]:
+    """Inputs (C, N), which rest for a while, and the output where parameters grow by a fifth after a third of it."""
     signals = {
         n: np.concatenate([v, np.full(500, v[-1] * (n not in RATES)), v]) for n, v in channels(seconds, DT).items()
     }
     signals["time"] = DT * np.arange(len(signals["time"]))
     drive = np.stack([signals[n] for n in source.spec.inputs])
-    clean = source.simulate(drive, DT)
-    growth = 1.0 + 0.2 * (np.arange(len(clean)) > len(clean) // 3)
-    return drive, clean * growth + NOISE * np.random.default_rng(1).standard_normal(len(clean))
+    grown = source.theta.copy()
+    grown[[k for p in plan_of(source, names).parameters for k in p.places]] *= 1.2
+    first, then = source.simulate(drive, DT), replace(source, theta=grown).simulate(drive, DT)
+    noise = NOISE * source.output_range * np.random.default_rng(1).standard_normal(len(first))
+    return drive, np.where(np.arange(len(first)) > len(first) // 3, then, first) + noise
 
 
 RATES = ("velocity", "angular_velocity", "acceleration")
@@ -78,24 +85,25 @@ def compiled_track(
         return program.run(np.vstack([user_inputs(source, drive), measured]), DT)
 
 
-@pytest.mark.parametrize(("model", "names", "orders", "of_deviations"), CASES)
-def test_it_is_the_tracker_in_python(model: str, names: tuple[str, ...], orders: str, of_deviations: float) -> None:
+@pytest.mark.parametrize(("model", "names", "orders"), CASES)
+def test_it_is_the_tracker_in_python(model: str, names: tuple[str, ...], orders: str) -> None:
     source = noisy(model, orders)
-    drive, measured = drive_of(source)
+    plan, (drive, measured) = plan_of(source, names), drive_of(source, names)
     measured[800:820] = np.nan
-    found = track_log(source, plan_of(source, names), dict(zip(source.spec.inputs, drive, strict=True)), measured, DT)
-    got, size = compiled_track(source, names, drive, measured, STRICT), len(names)
+    found = track_log(source, plan, dict(zip(source.spec.inputs, drive, strict=True)), measured, DT)
+    got, size, values = compiled_track(source, names, drive, measured, STRICT), len(names), plan.column("value")
     assert (found.chosen > 0).any() and not found.moves.all()
     np.testing.assert_array_equal(got[1] > 0.0, found.chosen > 0)
-    np.testing.assert_allclose(got[2 : 2 + size].T, found.values, rtol=1e-9, atol=0.0)
-    np.testing.assert_allclose(np.sqrt(got[2 + size :]).T, found.deviations, rtol=of_deviations)
+    # a value may come near to 0 on its way
+    np.testing.assert_allclose(got[2 : 2 + size].T / values, found.values / values, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(np.sqrt(got[2 + size :]).T, found.deviations, rtol=1e-9)
 
 
 def test_floats_are_near() -> None:
-    source = noisy("boucwen", "")
-    drive, measured = drive_of(source)
-    exact = compiled_track(source, ("alpha", "c"), drive, measured, STRICT)
-    near = compiled_track(source, ("alpha", "c"), drive, measured, (*STRICT, "-DOWN_TRACKER_FLOAT"))
+    source, names = noisy("boucwen", ""), ("alpha", "c")
+    drive, measured = drive_of(source, names)
+    exact = compiled_track(source, names, drive, measured, STRICT)
+    near = compiled_track(source, names, drive, measured, (*STRICT, "-DOWN_TRACKER_FLOAT"))
     assert np.abs(near[2:4] - exact[2:4]).max(axis=1) == pytest.approx(0.0, abs=5.0)
     assert np.abs((near[2:4, -1] - exact[2:4, -1]) / np.sqrt(exact[4:, -1])).max() < 0.2
 
@@ -118,7 +126,7 @@ def test_an_fmu_gives_what_the_c_does(fmi: int, tmp_path: Path) -> None:
     from tests.export.test_fmu import opened, validation
 
     source, names = noisy("tanh", ""), ("fy", "c")
-    drive, measured = drive_of(source, 0.6)
+    drive, measured = drive_of(source, names, 0.6)
     made = fmu.files(source, Settings(fmi=fmi, track=names)).contents
     assert sorted(made) == ["tanh_fit.fmu", "tanh_fit_tracker.fmu"]
     path = tmp_path / "tracker.fmu"
@@ -152,7 +160,7 @@ def test_an_fmu_gives_what_the_c_does(fmi: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("model", "names", "orders"), [("tanh", ("fy", "c"), ""), ("boucwen", ("alpha",), "alpha=1")])
 def test_matlab_gives_what_the_c_does(model: str, names: tuple[str, ...], orders: str, tmp_path: Path) -> None:
     source = noisy(model, orders)
-    drive, measured = drive_of(source, 0.3)
+    drive, measured = drive_of(source, names, 0.3)
     measured[200:210] = np.nan
     made = matlab.files(replace(source, prefix="own", stretches=source.stretches), Settings(track=names)).contents
     (tmp_path / "own_tracker.m").write_bytes(made["own_tracker.m"])

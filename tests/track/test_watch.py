@@ -91,3 +91,4 @@ def test_the_command_ends_with_0_when_a_test_may_stop(
     ended = CliRunner().invoke(app, words)
     assert ended.exit_code == code
     assert says in (ended.output if code == 0 else str(ended.exception))
+    assert ("the next look decides" in ended.output) == (code == 0) and " N" in ended.output
