@@ -29,12 +29,15 @@ pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 # The noise's standard deviation as a share of the output's range
 NOISE, DT = 0.005, 1e-3
+# Parameters that the output hardly shows: rounding of their sensitivities grows while they go far, just behind a change
+HARDLY_SHOWN = {"kappa", "Lc"}
 
 
 def two_of(model: str) -> tuple[str, ...]:
-    """Two parameters of a model: what yields and damps, where it has such."""
-    params = sorted(registry.load("model", model).SPEC.params, key=lambda p: p.role not in ("yield", "viscous"))
-    return params[0].name, next((p.name for p in params if p.role == "viscous"), params[1].name)
+    """Two parameters of a model: of what yields and damps, where it has such."""
+    params, roles = registry.load("model", model).SPEC.params, ("yield", "viscous", "stiffness")
+    ranked = [*(p.name for role in roles for p in params if p.role == role), *(p.name for p in params)]
+    return tuple(dict.fromkeys(ranked))[:2]
 
 
 CASES = (
@@ -92,11 +95,13 @@ def test_it_is_the_tracker_in_python(model: str, names: tuple[str, ...], orders:
     measured[800:820] = np.nan
     found = track_log(source, plan, dict(zip(source.spec.inputs, drive, strict=True)), measured, DT)
     got, size, values = compiled_track(source, names, drive, measured, STRICT), len(names), plan.column("value")
-    assert (found.chosen > 0).any() and not found.moves.all()
+    # a model of currents never stands
+    assert (found.chosen > 0).any() and found.moves.all() == (not plan.standing)
     np.testing.assert_array_equal(got[1] > 0.0, found.chosen > 0)
     # a value may come near to 0 on its way
-    np.testing.assert_allclose(got[2 : 2 + size].T / values, found.values / values, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(np.sqrt(got[2 + size :]).T, found.deviations, rtol=1e-9)
+    bound, of_deviations = (1e-8, 2e-7) if HARDLY_SHOWN & {*names} else (1e-9, 1e-9)
+    np.testing.assert_allclose(got[2 : 2 + size].T / values, found.values / values, rtol=bound, atol=bound)
+    np.testing.assert_allclose(np.sqrt(got[2 + size :]).T, found.deviations, rtol=of_deviations)
 
 
 def test_floats_are_near() -> None:
