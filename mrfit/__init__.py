@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from mrfit.api.catalog import models
     from mrfit.api.comparison import Comparison, OptimizerComparison, compare
     from mrfit.api.discovery import Discovery, discover
-    from mrfit.api.fitting import FitResult, fit
-    from mrfit.api.prediction import Prediction, predict
+    from mrfit.api.fitting import FitResult, fit, predict
+    from mrfit.api.prediction import Prediction
     from mrfit.api.recordings import Recording, read
     from mrfit.api.saved import load
     from mrfit.api.sheet import Sheet, sheet
@@ -60,8 +60,8 @@ _HOMES = {
     "api.catalog": ("models",),
     "api.comparison": ("Comparison", "OptimizerComparison", "compare"),
     "api.discovery": ("Discovery", "discover"),
-    "api.fitting": ("FitResult", "fit"),
-    "api.prediction": ("Prediction", "predict"),
+    "api.fitting": ("FitResult", "fit", "predict"),
+    "api.prediction": ("Prediction",),
     "api.recordings": ("Recording", "read"),
     "api.saved": ("load",),
     "api.sheet": ("Sheet", "sheet"),

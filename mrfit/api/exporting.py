@@ -1,45 +1,50 @@
 """Export of a fit in memory, as ``mrfit export`` does."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from mrfit.api import drawing
-from mrfit.api.recordings import several
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch, runs, source_of
+from mrfit.fit.files import FitOutput
+from mrfit.fit.predict import SegmentPrediction
+from mrfit.io.schemas.fit import Fit
 from mrfit.report.source import OutputSeries
-
-if TYPE_CHECKING:
-    from mrfit.api.fitting import FitResult
+from mrfit.simulate.assembly import Assembly
 
 
-def source_of_result(
-    result: "FitResult",
-    recordings: Recording | Iterable[Recording] | None = None,
+def source_of_fit(
+    fit: Fit,
+    assembly: Assembly,
+    found: SegmentPrediction | FitOutput | None,
+    logs: Sequence[Recording] = (),
     condition: str = "",
     without: Sequence[str] = (),
 ) -> ExportSource:
-    """Return the source of a fit in memory, with logs, or with those of the fit where they are at hand."""
-    assembly = result.assembly
-    if recordings is not None:
-        logs = list(several(recordings))
-        found = result.predict(logs).found
-        series = drawing.series_of(found.blocks, found.simulated, assembly)
-        places = {s.id: s for s in found.blocks.segments}
-        by_id = {r.id: r for r in logs}
-        raw = {
-            i: {n: v[s.start : s.stop] for n, v in by_id[s.recording].channels.items()}
-            for i, s in places.items()
-            if s.recording in by_id
-        }
-    elif result.fitted is not None:
-        fitted = result.fitted
-        series, raw = drawing.series_of(fitted.blocks, fitted.simulated, fitted.assembly), {}
-    else:
-        series, raw = [], {}
+    """Return the source of a fit in memory, with what it makes of logs where that is at hand.
+
+    Parameters
+    ----------
+    fit, assembly
+        The fit and its model.
+    found
+        Simulated outputs of logs, or of those that were fitted.
+    logs
+        Recordings whose other channels are written too.
+    condition, without
+        The condition whose parameters are exported, and effects that are left out.
+    """
+    if found is None:
+        return source_of(fit, assembly, [], condition, without)
+    by_id = {r.id: r for r in logs}
+    raw = {
+        s.id: {n: v[s.start : s.stop] for n, v in by_id[s.recording].channels.items()}
+        for s in found.blocks.segments
+        if s.recording in by_id
+    }
+    series = drawing.series_of(found.blocks, found.simulated, assembly)
     stretches = [t for s in series for t in _stretches(s, raw.get(s.segment, {}))]
-    return source_of(result.content, assembly, stretches, condition, without)
+    return source_of(fit, assembly, stretches, condition, without)
 
 
 def _stretches(series: OutputSeries, raw: Mapping[str, Array]) -> list[LogStretch]:

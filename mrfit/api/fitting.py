@@ -11,7 +11,7 @@ from mrfit.api import drawing
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.prediction import Prediction, predicted
 from mrfit.api.preparing import STAGE_SETTINGS, Preparation, as_asked, prepared
-from mrfit.api.recordings import PathText
+from mrfit.api.recordings import PathText, several
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import Caution, PrintableResult, errors_of, frame_of, parameters_of
 from mrfit.core.arguments import check_arguments
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
+    from mrfit.export.source import ExportSource
     from mrfit.export.stage import ExportedFiles
 
 
@@ -225,7 +226,6 @@ class FitResult(PrintableResult):
         DataError
             If the model has no form in a format.
         """
-        from mrfit.api.exporting import source_of_result
         from mrfit.export import stage
 
         check_names((ExportSettings,), options)
@@ -233,7 +233,20 @@ class FitResult(PrintableResult):
         formats = [to] if isinstance(to, str) else list(to)
         stage.check(formats)
         left_out = [without] if isinstance(without, str) else list(without)
-        return stage.run(source_of_result(self, recordings, condition, left_out), formats, Path(folder), settings)
+        return stage.run(self.source(recordings, condition, left_out), formats, Path(folder), settings)
+
+    def source(
+        self,
+        recordings: Recording | Iterable[Recording] | None = None,
+        condition: str = "",
+        without: Sequence[str] = (),
+    ) -> "ExportSource":
+        """Return the content of an export, with logs, or with those of the fit where they are at hand."""
+        from mrfit.api.exporting import source_of_fit
+
+        logs = [] if recordings is None else list(several(recordings))
+        found = self.fitted if recordings is None else self.predict(logs).found
+        return source_of_fit(self.content, self.assembly, found, logs, condition, without)
 
     def _parts(self) -> "tuple[str, list[DataFrame], list[object]]":
         title = f"{self.model} by {self.content.optimizer}, seed {self.content.seed}; errors of {self.output}"
@@ -287,6 +300,35 @@ def fit(
         made = prepared(recordings, as_asked(options), told)
         fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), told)
     return FitResult(fitted.content, made.preparation, fitted)
+
+
+@check_arguments
+def predict(
+    fit: FitResult,
+    recordings: Recording | Iterable[Recording],
+    *,
+    resistance: float | str | None = None,
+    progress: Heard = True,
+) -> Prediction:
+    """Simulate a fitted model on other recordings, as ``mrfit predict`` does; the same as ``fit.predict(recordings)``.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    recordings
+        One or several.
+    resistance
+        Their coil resistance in Ω, ``auto`` to estimate it; default: their own, else that of the fit.
+    progress
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
+
+    Raises
+    ------
+    DataError
+        If every recording lacks a channel that the model needs.
+    """
+    return fit.predict(recordings, resistance=resistance, progress=progress)
 
 
 def load(path: PathText) -> FitResult:

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-    from mrfit.api.fitting import FitResult
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Prediction(PrintableResult):
@@ -136,32 +134,3 @@ def predicted(
         made = prepared(recordings, how, told)
         found = fit_predict.predict(fit, made.dataset, trained)
     return Prediction(fit, assembly, found, made.findings)
-
-
-@check_arguments
-def predict(
-    fit: "FitResult",
-    recordings: Recording | Iterable[Recording],
-    *,
-    resistance: float | str | None = None,
-    progress: Heard = True,
-) -> Prediction:
-    """Simulate a fitted model on other recordings, as ``mrfit predict`` does; the same as ``fit.predict(recordings)``.
-
-    Parameters
-    ----------
-    fit
-        The fit.
-    recordings
-        One or several.
-    resistance
-        Their coil resistance in Ω, ``auto`` to estimate it; default: their own, else that of the fit.
-    progress
-        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
-
-    Raises
-    ------
-    DataError
-        If every recording lacks a channel that the model needs.
-    """
-    return fit.predict(recordings, resistance=resistance, progress=progress)

@@ -15,7 +15,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache, wraps
+from functools import cache
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
@@ -207,7 +207,8 @@ def use(path: Path | str) -> None:
         else:
             from mrfit.core.foreign.description import read_model
 
-            read_model(path)
+            model = read_model(path)
+            register(model.item, digest=model.source)
         if len(_store.named) == len(before):
             raise ConfigError(f"{path}: no model, effect, optimizer or reader in it; give it a SPEC, or decorate one")
     if not known & {str(path)} and path not in {Path(e).resolve() for e in known}:
@@ -394,6 +395,7 @@ def model(
     """
 
     def decorate(function: Function) -> Function:
+        from mrfit.core.responses import one_by_one, quiet
         from mrfit.core.specs import ModelSpec
 
         told: dict[str, Any] = dict(about)
@@ -417,36 +419,6 @@ def model(
 
 
 ONE_BY_ONE = "the model {} is simulated one parameter vector at a time, which is slower than a model of mrfit's own"
-
-
-def quiet(simulate: "Response") -> "Response":
-    """Return the same response without numpy's warnings: what overflows becomes inf or nan, and the search sees it."""
-    import numpy as np
-
-    @wraps(simulate)
-    def response(drive: "Array", theta: "Array", dt: float) -> "Array":
-        with np.errstate(all="ignore"):
-            return simulate(drive, theta, dt)
-
-    return response
-
-
-def one_by_one(simulate: "Callable[[Array, Array, float], Array]") -> "Response":
-    """Return the batched response of a function of one parameter vector; where it fails in arithmetic, nan."""
-    import numpy as np
-
-    @wraps(simulate)
-    def response(drive: "Array", theta: "Array", dt: float) -> "Array":
-        output = np.full((len(theta), drive.shape[1]), np.nan)
-        with np.errstate(all="ignore"):
-            for row, vector in zip(output, theta, strict=True):
-                try:
-                    row[:] = simulate(drive, vector, dt)
-                except ArithmeticError:
-                    continue
-        return output
-
-    return response
 
 
 def _place_of(function: Callable[..., Any]) -> str:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrfit.api.exporting import source_of_result
 from mrfit.api.fitting import FitResult
 from mrfit.api.recordings import PathText, several
 from mrfit.apply.motion import moving_stretch
@@ -103,7 +102,7 @@ def track(fit: FitResult, recordings: Recording | Iterable[Recording], parameter
     >>> bool(abs(found.content.logs[0].parameters[0].end - 360) < 3)
     True
     """
-    return tracked(source_of_result(fit), several(recordings), parameters)
+    return tracked(fit.source(), several(recordings), parameters)
 
 
 def tracked(source: ExportSource, recordings: Iterable[Recording], parameters: Sequence[str]) -> ParameterTracks:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from mrfit.core import plugins, registry
-from mrfit.core.foreign.fmu import register_fmu
+from mrfit.core.foreign.fmu import fmu_model
 from mrfit.core.specs import Array, ModelSpec
 from mrfit.errors import ConfigError
 from mrfit.export.c_parts import parts_of
@@ -178,7 +178,8 @@ def test_mrfit_reads_its_own_fmu_as_a_model(tmp_path: Path, monkeypatch: pytest.
     source = rig("guo")
     path = written(source, 2, tmp_path)
     spec = ModelSpec("guo-fmu", "", "", "", source.spec.inputs, "force", source.spec.params)
-    register_fmu(spec, path, {}, "a test")
+    model = fmu_model(spec, path, {})
+    plugins.register(model.item, "a test", model.source)
     drive = source.drive(source.stretches[0])
     got = registry.load("model", "guo-fmu").response(drive, source.theta[None], 1e-3)[0]
     wanted = source.simulate(drive, 1e-3)

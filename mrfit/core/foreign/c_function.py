@@ -12,25 +12,21 @@ simulation has diverged. The library runs in mrfit's own process: what crashes i
 
 import ctypes
 import hashlib
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 
-from mrfit.core import plugins
+from mrfit.core.foreign.model import ForeignModel, Simulate, foreign_model
 from mrfit.core.specs import Array, ModelSpec
 from mrfit.errors import ConfigError
 
 C_CODE_CAUTION = (
     "the model {} is a C function called for one parameter vector at a time: slower than a model of mrfit's own"
 )
-Simulate = Callable[[Array, Array, float], Array]
 
 
-def register_c_function(spec: ModelSpec, library: Path, function: str, where: str = "") -> None:
-    """Add a C function to the registry as a model; the library's bytes are part of the keys of its fits.
+def c_function_model(spec: ModelSpec, library: Path, function: str) -> ForeignModel:
+    """Return a C function as a model; the library's bytes are part of the keys of its fits.
 
     Parameters
     ----------
@@ -40,19 +36,15 @@ def register_c_function(spec: ModelSpec, library: Path, function: str, where: st
         Shared library (.so, .dylib, .dll).
     function
         Name of the function in it.
-    where
-        Where the model comes from, in words; default: the plug-in file that is being run.
 
     Raises
     ------
     ConfigError
         If the library cannot be loaded, or has no such function.
     """
-    response = constant_only(spec.name, plugins.one_by_one(_called(library, function)))
-    item = SimpleNamespace(
-        SPEC=replace(spec, caution=C_CODE_CAUTION.format(spec.name)), response=response, __doc__=spec.title
-    )
-    plugins.register(item, where, f"{spec!r} {function} {hashlib.sha256(library.read_bytes()).hexdigest()}")
+    simulate = _called(library, function)
+    source = f"{spec!r} {function} {hashlib.sha256(library.read_bytes()).hexdigest()}"
+    return foreign_model(spec, C_CODE_CAUTION, simulate, source)
 
 
 def _called(library: Path, name: str) -> Simulate:
@@ -75,17 +67,3 @@ def _called(library: Path, name: str) -> Simulate:
         return output
 
     return simulate
-
-
-def constant_only(name: str, response: Simulate) -> Simulate:
-    """Return a response that says in one line that it takes no parameters that vary along the samples."""
-
-    def checked(drive: Array, theta: Array, dt: float) -> Array:
-        if theta.ndim > 2:
-            raise ConfigError(
-                f"the parameters of {name} cannot vary within a test, as under a current that moves: give it the "
-                "current as an input, or --current-order 0"
-            )
-        return response(drive, theta, dt)
-
-    return checked

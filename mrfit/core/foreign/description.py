@@ -25,8 +25,9 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from mrfit.core.foreign.c_function import register_c_function
-from mrfit.core.foreign.fmu import register_fmu
+from mrfit.core.foreign.c_function import c_function_model
+from mrfit.core.foreign.fmu import fmu_model
+from mrfit.core.foreign.model import ForeignModel
 from mrfit.core.specs import ModelSpec, Param
 from mrfit.errors import ConfigError
 
@@ -92,8 +93,8 @@ class Description(_DescriptionTable):
         )
 
 
-def read_model(path: Path) -> None:
-    """Add the model that a TOML file describes to the registry.
+def read_model(path: Path) -> ForeignModel:
+    """Return the model that a TOML file describes.
 
     Raises
     ------
@@ -114,12 +115,11 @@ def read_model(path: Path) -> None:
             )
     if unknown := [n for n in found.linear if n not in found.parameters]:
         raise ConfigError(f"{path}: linear names '{unknown[0]}', which is no parameter")
-    if (found.c is None) == (found.fmu is None):
-        raise ConfigError(f"{path}: needs either a [c] or an [fmu] table, which says what to run")
-    if found.c:
-        register_c_function(found.spec(), path.parent / found.c.library, found.c.function)
-    elif found.fmu:
-        register_fmu(found.spec(), path.parent / found.fmu.file, found.fmu.variables)
+    if found.c and not found.fmu:
+        return c_function_model(found.spec(), path.parent / found.c.library, found.c.function)
+    if found.fmu and not found.c:
+        return fmu_model(found.spec(), path.parent / found.fmu.file, found.fmu.variables)
+    raise ConfigError(f"{path}: needs either a [c] or an [fmu] table, which says what to run")
 
 
 def _fault(error: ValidationError) -> str:

@@ -11,15 +11,13 @@ import shutil
 import tempfile
 import zipfile
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from mrfit.core import plugins, temporary
-from mrfit.core.foreign.c_function import constant_only
+from mrfit.core import temporary
+from mrfit.core.foreign.model import ForeignModel, foreign_model
 from mrfit.core.specs import Array, ModelSpec
 from mrfit.errors import ConfigError
 
@@ -28,8 +26,8 @@ MOST_BYTES, MOST_FILES = 10**9, 10_000
 FMU_CAUTION = "the model {} is an FMU stepped from sample to sample: far slower than a model of mrfit's own"
 
 
-def register_fmu(spec: ModelSpec, file: Path, variables: Mapping[str, str], where: str = "") -> None:
-    """Add an FMU to the registry as a model; its bytes are part of the keys of its fits.
+def fmu_model(spec: ModelSpec, file: Path, variables: Mapping[str, str]) -> ForeignModel:
+    """Return an FMU as a model; its bytes are part of the keys of its fits.
 
     Parameters
     ----------
@@ -39,21 +37,15 @@ def register_fmu(spec: ModelSpec, file: Path, variables: Mapping[str, str], wher
         The FMU.
     variables
         Its names of those channels and parameters that it calls otherwise.
-    where
-        Where the model comes from, in words; default: the plug-in file that is being run.
 
     Raises
     ------
     ConfigError
         If FMPy is not installed, the file is no FMU for co-simulation, or lacks a variable.
     """
-    slave = _Slave(spec, file, variables)
-    response = constant_only(spec.name, plugins.one_by_one(slave.simulate))
-    item = SimpleNamespace(
-        SPEC=replace(spec, caution=FMU_CAUTION.format(spec.name)), response=response, __doc__=spec.title
-    )
-    digest = hashlib.sha256(file.read_bytes()).hexdigest()
-    plugins.register(item, where, f"{spec!r} {sorted(variables.items())} {digest}")
+    simulate = _Slave(spec, file, variables).simulate
+    source = f"{spec!r} {sorted(variables.items())} {hashlib.sha256(file.read_bytes()).hexdigest()}"
+    return foreign_model(spec, FMU_CAUTION, simulate, source)
 
 
 def check_size(file: Path) -> None:

@@ -13,8 +13,9 @@ from mrfit.core.channels import LEVEL_CHANNELS
 from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.export.printer import ir
+from mrfit.export.printer.entry_point import EntryPoint
 from mrfit.export.printer.functions import python_of, unpacked
-from mrfit.export.printer.reading import EntryPoint, ProgramReader
+from mrfit.export.printer.reading import ProgramReader
 from mrfit.export.printer.shaping import shape
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name

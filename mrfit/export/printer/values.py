@@ -9,12 +9,13 @@ import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
 from mrfit.errors import DataError
 from mrfit.export.printer import ir, shaping
+from mrfit.export.printer.entry_point import EntryPoint
 from mrfit.export.printer.functions import (
     COMPARISON_OPERATORS,
     FOLDED,
@@ -35,9 +36,6 @@ from mrfit.kernels import jit
 from mrfit.kernels.powers import log2, power, tanh
 from mrfit.kernels.theta import columns
 
-if typing.TYPE_CHECKING:
-    from mrfit.export.printer.reading import EntryPoint, ProgramReader
-
 
 @dataclass
 class Signature:
@@ -46,6 +44,22 @@ class Signature:
     function: ir.Function
     returned: ir.Kind
     given: list[ir.Argument]
+
+
+class OpenProgram(Protocol):
+    """A program that is being read, as the reader of one of its functions needs it; see ``ProgramReader``."""
+
+    reserved: frozenset[str]
+    structs: dict[str, dict[str, ir.Kind]]
+    program: ir.Program
+
+    def name_for(self, wanted: str, what: Any, key: object = None) -> str:
+        """Return a name in the program for what stands in a module."""
+        ...
+
+    def function(self, function: types.FunctionType, given: Mapping[str, ir.Kind]) -> Signature:
+        """Return a function that is called with values of these kinds."""
+        ...
 
 
 class ValueReader:
@@ -67,11 +81,11 @@ class ValueReader:
 
     def __init__(
         self,
-        reader: "ProgramReader",
+        reader: OpenProgram,
         function: types.FunctionType,
         name: str,
         kinds: Mapping[str, ir.Kind],
-        entry: "EntryPoint | None",
+        entry: EntryPoint | None,
     ) -> None:
         self.reader, self.python, self.name, self.kinds, self.entry = reader, function, name, kinds, entry
         self.source = FunctionSource.of(function)
