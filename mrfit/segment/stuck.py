@@ -16,8 +16,8 @@ from mrfit.signal.stuck import STUCK_KIND, stuck_rows
 
 # Where so large a share of the samples is stuck, the channel stands still by its nature
 MOST_STUCK = 0.2
-# Fewest samples of a piece without cycles, and cycles of another
-FEWEST_SAMPLES, FEWEST_CYCLES = 100, 1
+# Fewest samples of a piece, and whole cycles in one that has any: fewer do not show that it is steady
+FEWEST_SAMPLES, FEWEST_CYCLES = 100, 2
 # Share of a piece behind a stuck input by which the model only settles
 SETTLING = 0.1
 
@@ -67,13 +67,15 @@ def _pieces(segment: Segment, stuck: Sequence[StuckRows], dt: float) -> list[Seg
 
 
 def _piece(segment: Segment, begin: int, start: int, stop: int, dt: float) -> Segment | None:
-    """Return the part of a segment between two samples, driven from ``begin`` on; whole cycles where it has them."""
-    if not segment.cycles:
-        long_enough = stop - start >= FEWEST_SAMPLES
-        return replace(segment, start=start, stop=stop, warm_up=start - begin) if long_enough else None
-    period = 1.0 / (segment.frequency * dt)
-    cycles = int((stop - start) / period + 0.5 / period)
-    if cycles < FEWEST_CYCLES:
+    """Return the part of a segment between two samples, driven from ``begin`` on: whole cycles where it has two."""
+    cycles = 0
+    if segment.cycles:
+        period = 1.0 / (segment.frequency * dt)
+        cycles = int((stop - start + 0.5) / period)
+        if cycles >= FEWEST_CYCLES:
+            start = stop - round(cycles * period)
+        else:
+            cycles = 0
+    if stop - start < FEWEST_SAMPLES:
         return None
-    start = stop - round(cycles * period)
     return replace(segment, start=start, stop=stop, warm_up=start - begin, cycles=cycles)

@@ -18,8 +18,8 @@ CROWDED, RAIL_SHARE = 6.0, 0.02
 """So much more often than beside it, and so much of the time, a channel stands at its rail."""
 RAIL_CORNER, HOP = 0.2, 0.2
 """A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
-WRAP, SAME_WRAP = 0.5, 0.1
-"""Least step of a wrap-round in the range of the channel, and how much such steps may differ."""
+WRAP, SAME_WRAP, USUAL_STEP = 0.5, 0.1, 0.2
+"""Least step of a wrap-round in the range of the channel, how much such steps may differ, and most of usual steps."""
 
 
 def fault_findings(record: Recording) -> list[Finding]:
@@ -84,6 +84,8 @@ def _wraps(part: Array, dt: float) -> tuple[str, float] | None:
     at = np.flatnonzero(np.abs(steps) > WRAP)
     at = at[(at >= 3) & (at < len(part) - 5)]
     if len(at) < 2 or len(at) > 0.05 * len(part) or rectangular(part, (0.0, 1.0)):
+        return None
+    if np.percentile(np.abs(steps), 90.0) > USUAL_STEP:  # noise on a level hops so, too
         return None
     sizes = np.abs(steps[at])
     both = {1.0, -1.0} <= set(np.sign(steps[at]))

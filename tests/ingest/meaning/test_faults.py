@@ -99,6 +99,7 @@ def test_a_converter_that_wraps_round(amplitude: float, bits: int, scale: float)
 
 
 SOUND = {
+    "a level that drifts less than its noise": np.round((0.05 * NOISE + 0.05 * T / T[-1]) / 0.02),
     "sine": SINE + 0.002 * NOISE,
     "sine without noise": SINE,
     "sine of few bits": np.round(127 * SINE) / 127,
