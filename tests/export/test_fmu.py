@@ -23,6 +23,8 @@ from mrfit.export.source import ExportSource
 from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.export.rigs import rig
+from tests.export.test_mass import HARDENING
+from tests.export.test_mass import source as driven
 
 fmpy = pytest.importorskip("fmpy", reason="an FMU needs FMPy: pip install 'mrfit[fmu]'")
 validation = pytest.importorskip("fmpy.validation")
@@ -195,3 +197,18 @@ def test_every_model_is_valid_and_the_simulation(model: str, fmi: int, tmp_path:
     assert validation.validate_fmu(str(path)) == []
     wanted = source.simulate(source.drive(source.stretches[0]), 1e-3)
     np.testing.assert_allclose(stepped(path, source), wanted, atol=1e-6 * np.ptp(wanted))
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_driven_mass_moves_as_in_python_and_its_mass_is_tuned(fmi: int, tmp_path: Path) -> None:
+    source = driven("boucwen-hardening@force", HARDENING)
+    ((name, archive),) = files(source, Settings(fmi=fmi)).contents.items()
+    path = tmp_path / name
+    path.write_bytes(archive)
+    assert validation.validate_fmu(str(path)) == []
+    wanted = source.simulate(source.drive(source.stretches[0]), source.stretches[0].dt)
+    np.testing.assert_allclose(stepped(path, source), wanted, atol=2e-3 * np.ptp(wanted))
+    heavier = replace(source, theta=np.append(source.theta[:-1], 3.0))
+    changed = heavier.simulate(source.drive(source.stretches[0]), source.stretches[0].dt)
+    np.testing.assert_allclose(stepped(path, source, {0: {"mass": 3.0}}), changed, atol=2e-3 * np.ptp(changed))
+    assert np.abs(changed - wanted).max() > 0.01 * np.ptp(wanted)
