@@ -196,7 +196,8 @@ def _parts(
                 drive = smooth(recording, segment, (name,))
             except DataError:
                 continue
-            inputs[name] = drive.values[0, drive.warm_up :]
+            # of a driven mass the first cycle is no part of its test
+            inputs[name] = drive.values[0, drive.warm_up :][-int(rows.sum()) :]
         time, measured, before, after = (columns[c][rows] for c in ("time", "measured", "before", "after"))
         shares = {
             name.removeprefix("with "): Contribution(

@@ -221,15 +221,17 @@ def test_effects_beside_which_another_law_alone_leaves_less_are_told_with_it_and
     gap = Gap(noise_floor=0.001, before=0.05, after=0.0105, closed=0.95)
     named = told(FOUND).model_copy(update={"gap": gap})
     less, more = other("tanh", 0.96), other("guo", 0.9).model_copy(update={"holdout_nrmse": 0.02})
-    assert better_alone(named, (less, more)) == (less,)
-    assert not better_alone(named, (less, more), STANDARD.law_alone)
-    assert better_alone(
-        named.model_copy(update={"gap": gap.model_copy(update={"after": 0.012})}), (less,), STANDARD.law_alone
-    )
+    assert better_alone(named, (more, less), STANDARD) == (less,)
+    assert not better_alone(named, (less, more), STANDARD, STANDARD.law_alone)
+    far = named.model_copy(update={"gap": gap.model_copy(update={"after": 0.012})})
+    assert better_alone(far, (less,), STANDARD, STANDARD.law_alone) == (less,)
+    # an effect that makes the other law better, too, is there
+    assert not better_alone(far, (other("tanh", 0.96, 0.98),), STANDARD)
+    assert better_alone(far, (other("tanh", 0.96, 0.93),), STANDARD, STANDARD.law_alone)
     back = without_proof(with_laws(named, (less,)))
     assert (back.verdict, back.effects, back.augmented_model) == ("unexplained", (), "bingham")
     assert back.gap.after == back.gap.before and [law.model for law in back.other_laws] == ["tanh"]
-    assert back.ways is not None and "tanh leaves less without any" in back.ways.difference
+    assert back.ways is not None and "tanh leaves less without any effect" in back.ways.difference
 
 
 def test_what_cannot_be_examined_changes_nothing_but_says_so() -> None:

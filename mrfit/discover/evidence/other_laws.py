@@ -25,7 +25,7 @@ Dependence = Callable[[str], CurrentDependence | None]
 def other_laws(
     fitter: Fitter, base: Refit, held: Mapping[str, float], dependence: Dependence, policy: Policy
 ) -> tuple[OtherLaw, ...]:
-    """Return the other bases that take a visible share of a base's gap, the one that takes most first.
+    """Return the other bases with their shares of a base's gap.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def other_laws(
             raise
         except MrfitError:
             continue  # a law that cannot be fitted to these data is no candidate
-    return worth_telling(laws, policy)
+    return tuple(laws)
 
 
 def worth_telling(laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, ...]:
@@ -57,10 +57,24 @@ def worth_telling(laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, .
     return tuple(sorted(told, key=lambda law: -_taken(law))[: policy.most_laws])
 
 
-def better_alone(found: DiscoveryFile, laws: Sequence[OtherLaw], times: float = 1.0) -> tuple[OtherLaw, ...]:
-    """Return the laws without any effect beside which a base leaves more, by a factor, with the effects it names."""
-    after = found.gap.after or 0.0
-    return tuple(law for law in laws if times * (law.holdout_nrmse or np.inf) < after)
+def better_alone(
+    found: DiscoveryFile, laws: Sequence[OtherLaw], policy: Policy, times: float = 1.0
+) -> tuple[OtherLaw, ...]:
+    """Return the laws that leave less without any effect than with those that are named, the best first.
+
+    By a factor less than the base with these, and than they do themselves with these held. An effect that is there
+    makes no law worse.
+    """
+    gap = found.gap
+    before, noise = (gap.before or 0.0) ** 2, (gap.noise_floor or 0.0) ** 2
+
+    def leaves(law: OtherLaw) -> float:
+        beside = np.inf if law.takes_beside is None else before - law.takes_beside * (before - noise)
+        return float(min((gap.after or 0.0) ** 2, beside))
+
+    own = {law.model: law.holdout_nrmse for law in laws if law.holdout_nrmse is not None}
+    better = [law for law in laws if law.model in own and (times * own[law.model]) ** 2 < leaves(law)]
+    return tuple(sorted(better, key=lambda law: own[law.model])[: policy.most_laws])
 
 
 def near_the_floor(floors: float, policy: Policy) -> bool:

@@ -11,7 +11,7 @@ from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, effects_for
 from mrfit.discover.evidence.fixed_effects import refitted, with_held
 from mrfit.discover.evidence.gather import SimulatedEvidence
-from mrfit.discover.evidence.other_laws import Dependence, better_alone, other_laws
+from mrfit.discover.evidence.other_laws import Dependence, better_alone, other_laws, worth_telling
 from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
@@ -61,13 +61,12 @@ def beside_open_law(
         after = refitted(with_held(fitter, held), base)
         without = {n: _without(fitter, base, held, n) for n in combined.named}
         found = with_gap(found, gap_of(fitter.bench, base, after), without)
-    if not examined.not_applicable and combined.law_may_be_off:
-        found = with_laws(found, other_laws(fitter, base, held, dependence, policy))
-    elif not examined.not_applicable and chosen.final.effects:
-        laws = better_alone(found, other_laws(fitter, base, held, dependence, policy))
-        found = with_laws(found, laws)
-        if better_alone(found, laws, policy.law_alone):
-            found, after = without_proof(found), base
+    if not examined.not_applicable and (combined.law_may_be_off or chosen.final.effects):
+        fitted = other_laws(fitter, base, held, dependence, policy)
+        better = better_alone(found, fitted, policy)
+        found = with_laws(found, worth_telling(fitted, policy) if combined.law_may_be_off else better)
+        if (found.effects or found.ambiguous_set) and better_alone(found, fitted, policy, policy.law_alone):
+            found, after = without_proof(with_laws(found, better)), base
     return OpenLawResult(found, after)
 
 

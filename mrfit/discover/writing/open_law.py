@@ -71,9 +71,14 @@ def with_examination(
 def without_proof(found: DiscoveryFile) -> DiscoveryFile:
     """Return a discovery that names no effects, since another law leaves clearly less without any."""
     names = " and ".join([*(e.name for e in found.effects), *found.ambiguous_set])
-    told = f"with the base taken as exact {names} would be there; {found.other_laws[0].model} leaves less without any"
+    told = (
+        f"beside {found.base_model} {names} would be there; {found.other_laws[0].model} leaves less without any effect"
+    )
     ways = found.ways.model_copy(update={"agree": False, "difference": told}) if found.ways else None
-    return _taken_back(found).model_copy(update={"verdict": "unexplained", "ways": ways})
+    back = _taken_back(found)
+    # with held values they are no effects of the base taken as exact
+    suspects = found.suspects if found.held else back.suspects
+    return back.model_copy(update={"verdict": "unexplained", "ways": ways, "held": (), "suspects": suspects})
 
 
 def _taken_back(exact: DiscoveryFile) -> DiscoveryFile:
