@@ -160,7 +160,8 @@ def of_driven(found: DiscoveryFile, settings: Settings) -> DiscoveryFile:
     laws = [o.model_copy(update={"model": law(o.model), "command": law(o.command) + by}) for o in found.other_laws]
     models = {"base_model": law(found.base_model), "augmented_model": law(found.augmented_model)}
     other = found.other_base and found.other_base.model_copy(update={"model": law(found.other_base.model)})
-    return found.model_copy(update={**models, "other_laws": tuple(laws), "other_base": other})
+    ways = found.ways and found.ways.model_copy(update={"difference": law(found.ways.difference)})
+    return found.model_copy(update={**models, "other_laws": tuple(laws), "other_base": other, "ways": ways})
 
 
 def model_toml(found: DiscoveryFile) -> str:

@@ -232,6 +232,8 @@ def test_effects_beside_which_another_law_alone_leaves_less_are_told_with_it_and
     assert (back.verdict, back.effects, back.augmented_model) == ("unexplained", (), "bingham")
     assert back.gap.after == back.gap.before and [law.model for law in back.other_laws] == ["tanh"]
     assert back.ways is not None and "tanh leaves less without any effect" in back.ways.difference
+    assert back.invariance is not None and not back.invariance.named
+    assert back.invariance.turned_down[0].reason == "another law leaves less without it"
 
 
 def test_what_cannot_be_examined_changes_nothing_but_says_so() -> None:
