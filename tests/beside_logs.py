@@ -40,6 +40,7 @@ logs = ["zero.csv", "one.csv"]
 model = "bingham"
 """
 EXPORTS = tuple(w for name in ("c", "fmu", "json", "lookup", "matlab", "modelica", "ssv") for w in ("--to", name))
+COIL = ("--fit", "boucwen-mmf.lsq.all", "--resistance", "2")
 SINE = ("--sine", "1:0.01", "--dt", "0.01")
 COMMANDS: tuple[tuple[str, ...], ...] = (
     *(("ingest", f"sample-{name}", "--work", f"work-{name}") for name in BINARY),
@@ -59,6 +60,10 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("apply", "invert", "--fit", "tanh.auto.all", *SINE, "--law", "c=2e3"),
     ("apply", "track", "--fit", "tanh.auto.all", *SINE, "--law", "c=2e3"),
     ("apply", "quarter-car", "--fit", "tanh.auto.all", "--road", "bump", "--duration", "2"),
+    ("ingest", "coil.txt", "--work", "work-coil"),
+    ("fit", "--model", "boucwen-mmf", "--opt", "lsq", "--per", "all", "--work", "work-coil"),
+    ("apply", "current", "coil.txt", "--fit", "boucwen-mmf.lsq.all", "--work", "work-coil"),
+    ("apply", "flux-command", *COIL, "--sine", "5:0.01", "--work", "work-coil"),
     ("measure", "quasi-static", "one.csv"),
     ("measure", "sheet", "one.csv"),
     ("plot", "one.csv"),
@@ -103,6 +108,14 @@ def write_log(path: Path, current: float) -> None:
     np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=header, comments="")
 
 
+def write_coil_log(path: Path) -> None:
+    """Write a log of a coil, a sine of flux linkage and a current with a loop."""
+    t = np.arange(900) / 300.0
+    flux, turn = 0.02 * np.sin(4 * np.pi * t), np.cos(4 * np.pi * t)
+    rows = np.column_stack([t, flux, flux / 0.03 + 0.1 * np.tanh(turn / 0.3)])
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header="time (s),flux (Wb),current (A)", comments="")
+
+
 class Beside:
     """A folder of logs with code beside them, and a folder elsewhere in which that code leaves its marks."""
 
@@ -112,6 +125,7 @@ class Beside:
             folder.mkdir()
         for name, current in zip(LOGS, (0.0, 0.5, 1.0, 2.0), strict=True):
             write_log(self.logs / name, current)
+        write_coil_log(self.logs / "coil.txt")
         for reader in BINARY:
             _, path = sample(reader, self.start)
             path.rename(self.logs / f"sample-{reader}")

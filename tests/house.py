@@ -126,7 +126,7 @@ def constants(tree: ast.Module) -> Iterator[tuple[int, str, str]]:
 
 
 # What every module of a kind declares, as docs/plugins.md says
-DECLARED = {"LATE", "OWN", "REDUCED", "SPEC"}
+DECLARED = {"LATE", "OWN", "REDUCED", "ROLES", "SPEC"}
 
 
 def ambiguous_constants() -> list[Place]:

@@ -248,6 +248,8 @@ SIMULATE: dict[str, Sequence[str]] = {
         "--control",
         "passive-low",
     ),
+    "current": ("apply", "current", "--fit", NAME, "logs/t1Hz-10mm-1A.csv"),
+    "flux-command": ("apply", "flux-command", "--fit", NAME, "--sine", "1:0.01", "--resistance", "2"),
     "drift": ("drift", "mrfit-work", "again-work", "--fit", NAME),
     "track-parameters": ("track-parameters", "logs/t1Hz-10mm-1A.csv", "--fit", NAME, "--track", "fy"),
     "advise": ("advise", "--goal", "parameters", "--fit", NAME, "--rig", "rig.toml"),

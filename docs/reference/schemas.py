@@ -29,6 +29,8 @@ FILES = {
     "OptimizersFile": "W/compare/optimizers.json",
     "InvertFile": "W/apply/invert.json",
     "TrackFile": "W/apply/track.json",
+    "CurrentFile": "W/apply/current.json",
+    "FluxCommandFile": "W/apply/flux-command.json",
     "PredictionFile": "W/predict/NAME.json",
     "SheetFile": "sheet.json of `mrfit measure sheet`, in the folder of --out",
     "BatchFile": "WORK/batch.json of `mrfit batch`",

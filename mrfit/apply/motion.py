@@ -16,7 +16,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.segment.stage import cut
 from mrfit.signal.smoothing import smooth
 
-_LONGEST = 200_000
+LONGEST = 200_000
 """Samples of a motion; a simulation takes each by itself."""
 
 
@@ -54,7 +54,7 @@ def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e
     if not min(frequency, amplitude, cycles, dt) > 0.0 or not np.isfinite([frequency, amplitude, cycles, dt]).all():
         raise ConfigError("a sine needs a frequency, an amplitude, cycles and a sample interval above 0")
     count = int(np.ceil(cycles / frequency / dt)) + 1
-    if frequency * dt > 0.05 or count > _LONGEST:
+    if frequency * dt > 0.05 or count > LONGEST:
         raise ConfigError(f"a sine of {frequency:g} Hz for {cycles:g} cycles cannot be sampled every {dt:g} s")
     phase, omega = 2.0 * np.pi * frequency * np.arange(count) * dt, 2.0 * np.pi * frequency
     courses = (np.sin(phase), omega * np.cos(phase), -(omega**2) * np.sin(phase))
@@ -83,8 +83,8 @@ def of_recordings(recordings: Iterable[core.Recording], names: Iterable[str], ou
     wanted = list(dict.fromkeys((*MOTIONS[output], *(n for n in names if n not in ("current", "time")))))
     for recording in recordings:
         whole = replace(moving_stretch(recording), warm_up=0)
-        if whole.stop - whole.start > _LONGEST:
-            raise DataError(f"{recording.source or recording.id}: more than {_LONGEST} samples; cut the log")
+        if whole.stop - whole.start > LONGEST:
+            raise DataError(f"{recording.source or recording.id}: more than {LONGEST} samples; cut the log")
         drive = smooth(recording, whole, wanted)
         measured = recording.channels.get(output)
         channels = dict(zip(wanted, drive.values, strict=True))

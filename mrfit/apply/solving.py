@@ -56,17 +56,22 @@ class Inverse(NamedTuple):
 
 
 @kernel
-def _value(chain: DamperChain, site: Trial, dt: float, at: float, coil: bool) -> float:
-    """Return the force where the base sees a current, or the current that it sees of a command."""
-    if not coil:
-        return step(chain, site, dt, at)[1]
+def value(chain: DamperChain, site: Trial, dt: float, at: float, load: float) -> float:
+    """Return the force where the base sees a current, and ``load`` times it; load nan: what it sees of a command.
+
+    A negative dt asks for what stands still.
+    """
+    if dt < 0.0:
+        site.given[chain.places.current] = at
+    if load == load:
+        return step(chain, site, dt, at)[1] + load * at
     site.given[chain.places.current] = at
     return inputs(chain, site, dt)
 
 
 @kernel
-def _root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float, coil: bool) -> float:
-    """Return the place of a target between two ends of ``_value``: Newton's steps, else bisection."""
+def root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float, load: float) -> float:
+    """Return the place of a target between two ends of ``value``: Newton's steps, else bisection."""
     low, high, f_low, f_high = ends
     rising, first, last = f_high > f_low, low, high
     share = min(max((target - f_low) / (f_high - f_low), 0.0), 1.0) if f_high != f_low else 0.5
@@ -76,7 +81,7 @@ def _root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float,
         # the difference for the slope stays between the ends
         shift = _DIFFERENCE * (last - first)
         shift = -shift if at + shift > last else shift
-        here = _value(chain, site, dt, at, coil)
+        here = value(chain, site, dt, at, load)
         off = here - target
         if abs(off) < error:
             best, error = at, abs(off)
@@ -86,7 +91,7 @@ def _root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float,
             low = at
         if abs(off) <= _ENOUGH * size or high - low <= 4.0 * np.spacing(abs(at)):
             break
-        newton = at - off * shift / (_value(chain, site, dt, at + shift, coil) - here)
+        newton = at - off * shift / (value(chain, site, dt, at + shift, load) - here)
         at = newton if low < newton < high else 0.5 * (low + high)
     return best
 
@@ -126,12 +131,12 @@ def _extremum(
     low, high = grid[best - (1 if own > 0 else 0)], grid[best + (1 if own < count - 1 else 0)]
     for _ in range(_GOLDEN):
         left, right = high - _SHARE * (high - low), low + _SHARE * (high - low)
-        if sign * _value(chain, site, dt, left, False) > sign * _value(chain, site, dt, right, False):
+        if sign * value(chain, site, dt, left, 0.0) > sign * value(chain, site, dt, right, 0.0):
             high = right
         else:
             low = left
     at = 0.5 * (low + high)
-    return at, _value(chain, site, dt, at, False)
+    return at, value(chain, site, dt, at, 0.0)
 
 
 @part
@@ -180,13 +185,13 @@ def solve(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, desired:
     """Return current, force, least and greatest force, and a flag, see ``inverse.Solution``."""
     at, values = inverse.grid, np.empty(len(inverse.grid))
     for k in range(len(at)):
-        values[k] = _value(chain, site, dt, at[k], False)
+        values[k] = value(chain, site, dt, at[k], 0.0)
     found = math.nan
     if inverse.explicit:
         found, extrema = _by_formula(inverse, values, desired)
         beside = np.empty(len(extrema))
         for k in range(len(extrema)):
-            beside[k] = _value(chain, site, dt, extrema[k], False)
+            beside[k] = value(chain, site, dt, extrema[k], 0.0)
         at, values = np.concatenate((at, extrema)), np.concatenate((values, beside))
     else:
         if desired > values.max() or desired < values.min():
@@ -195,7 +200,7 @@ def solve(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, desired:
             # two points of different pieces are one current, where the force may jump
             passing = (values[k] >= desired) != (values[k + 1] >= desired)
             if passing and at[k + 1] - at[k] > 1e-12 * max(1.0, abs(at[len(at) - 1])):
-                found = _root(chain, site, dt, (at[k], at[k + 1], values[k], values[k + 1]), desired, False)
+                found = root(chain, site, dt, (at[k], at[k + 1], values[k], values[k + 1]), desired, 0.0)
                 break
     field = found
     if not found == found:
@@ -205,7 +210,7 @@ def solve(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, desired:
             # of equally near currents the least
             if abs(values[k] - desired) <= nearest:
                 field = min(field, at[k])
-    given = _value(chain, site, dt, field, False)
+    given = value(chain, site, dt, field, 0.0)
     low, high = min(values.min(), given), max(values.max(), given)
     size = max(np.abs(values).max(), 1e-30)
     flag = BELOW if desired < low else ABOVE if desired > high else BETWEEN
@@ -231,10 +236,10 @@ def command(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, field:
     low, high = allowed(inverse, site.state[chain.places.current], dt)
     if not inverse.lagging:
         return min(max(field, low), high)
-    at_low, at_high = _value(chain, site, dt, low, True), _value(chain, site, dt, high, True)
+    at_low, at_high = value(chain, site, dt, low, math.nan), value(chain, site, dt, high, math.nan)
     if field <= at_low or field >= at_high:
         return low if field <= at_low else high
-    return _root(chain, site, dt, (low, high, at_low, at_high), field, True)
+    return root(chain, site, dt, (low, high, at_low, at_high), field, math.nan)
 
 
 @kernel

@@ -20,9 +20,13 @@ from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.apply.tracking import TrackingCase, TrackingStudy
 from mrfit.core.specs import Array
 from mrfit.io.schemas.apply import (
+    FLUX_COMMAND,
+    FLUX_CURRENT,
     INVERT,
     QUARTER_CAR,
     TRACK,
+    CurrentFile,
+    FluxCommandFile,
     InversionRow,
     InvertFile,
     QuarterCarFile,
@@ -34,9 +38,15 @@ from mrfit.io.workspace import Workspace, checked, write_json, write_text
 from mrfit.report.sections import Section, SectionFigure, Table, render
 from mrfit.signal.runs import runs
 
-File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
+File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile, CurrentFile, FluxCommandFile)
 # What files are called, by schema
-_NAMES = {INVERT: "invert", TRACK: "track", QUARTER_CAR: "quarter-car"}
+_NAMES = {
+    INVERT: "invert",
+    TRACK: "track",
+    QUARTER_CAR: "quarter-car",
+    FLUX_CURRENT: "current",
+    FLUX_COMMAND: "flux-command",
+}
 _COURSES = (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
 
 

@@ -1,4 +1,4 @@
-"""``mrfit apply``: a fit put to use. The current for a force, how well forces are tracked, and the ride of a car."""
+"""``mrfit apply``: a fit put to use. The current for a force or of a flux, forces tracked, and the ride of a car."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,20 +10,25 @@ from mrfit.cli import console, names
 from mrfit.cli.options import CommandAnswer, Only, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
-from mrfit.settings import ingest
-from mrfit.settings.apply import Amplifier
+from mrfit.settings import ingest, shared
+from mrfit.settings.apply import Amplifier, CoilDrive
 from mrfit.settings.forms import number
 
 if TYPE_CHECKING:
+    from mrfit.apply.coil import Coil
     from mrfit.apply.damper import Damper
     from mrfit.apply.motion import Motion
     from mrfit.core.recording import Recording
-    from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
+    from mrfit.io.schemas.apply import CurrentFile, FluxCommandFile, InvertFile, QuarterCarFile, TrackFile
 
 app = typer.Typer(no_args_is_help=True, help="Put a fit to use: invert it, track forces with it, drive a car on it.")
 
 Fit = Annotated[
     str, typer.Option("--fit", help="Name of a fit, one set of parameters for all currents.", autocompletion=names.fit)
+]
+CoilFit = Annotated[
+    str,
+    typer.Option("--fit", help="Name of a fit of flux, one set of parameters for all.", autocompletion=names.fit),
 ]
 OptionalLogs = Annotated[list[Path] | None, typer.Argument(help="Logs whose motion is taken.", show_default=False)]
 Sine = Annotated[
@@ -46,6 +51,18 @@ def damper_named(work: Path, name: str) -> "Damper":
     note_outdated(fit.name, fit.outdated)
     known = (workspace.fit_folder(name) / "residuals.parquet").is_file() and workspace.segments_file.is_file()
     return damper_of(FitResult(fit), tested=trained_on(workspace, fit) if known else {})
+
+
+def coil_named(work: Path, name: str) -> "Coil":
+    """Return the coil of a fit in a workspace."""
+    from mrfit.api.fitting import FitResult
+    from mrfit.apply.coil import coil_of
+    from mrfit.fit.predict import read_fit
+    from mrfit.io.workspace import Workspace
+
+    fit = read_fit(Workspace(work), name, compare=True)
+    note_outdated(fit.name, fit.outdated)
+    return coil_of(FitResult(fit))
 
 
 def note_outdated(fit_name: str, reasons: Iterable[str]) -> None:
@@ -311,4 +328,98 @@ def _print_rides(summary: "QuarterCarFile") -> None:
     table = table_of(title, columns, summary.rows)
     console.print_table(table.caption, table.heads, table.rows)
     for line in (*summary.findings, f"Page: {summary.page}"):
+        console.say(line)
+
+
+@app.command()
+@options(in_pipes=True)
+def current(
+    fit: CoilFit,
+    logs: Annotated[list[Path], typer.Argument(help="Logs with flux linkage, or coil voltage and current.")],
+    known: Annotated[
+        float, typer.Option(help="Time in s from the first sample over which the current is known.", min=0.0)
+    ] = 0.0,
+    resistance: shared.Resistance = None,
+    *,
+    reading: Reading,
+    work: Work,
+    plugins: Plugins,
+) -> CommandAnswer:
+    """Find the current of a flux linkage, by the flux model inverted along its branch curve.
+
+    Example: mrfit apply current --fit stop-mmf.lsq.all --known 0.2 datasets/coil/coil_05Hz_3A.csv
+    """
+    import mrfit.flux.stage
+    from mrfit.apply import coil_stage
+    from mrfit.cli.pipeline import flux_to_predict
+    from mrfit.io.workspace import Workspace
+
+    coil = coil_named(work, fit)
+    how = flux_to_predict(Workspace(work), resistance)
+    recordings, _ = mrfit.flux.stage.reconstruct(read_logs(logs, reading.map), how)
+    found = [coil_stage.inverted_log(coil, recording, known) for recording in recordings]
+    return CommandAnswer(coil_stage.currents(work, coil, found), _print_currents)
+
+
+def _print_currents(summary: "CurrentFile") -> None:
+    columns = ("log", "samples", "known", "range (A)", "rms error (A)", "over the range")
+    rows = [
+        [r.log, r.samples, r.known, r.range, r.rms_error, "–" if r.error is None else f"{100.0 * r.error:.3g} %"]
+        for r in summary.logs
+    ]
+    console.print_table(f"Currents of the flux of {summary.fit}; errors behind the known beginning", columns, rows)
+    for line in (*summary.notes, f"Page: {summary.page}"):
+        console.say(line)
+
+
+@app.command("flux-command")
+@options(in_pipes=True)
+def flux_command(
+    fit: CoilFit,
+    sine: Annotated[
+        str, typer.Option(help="Wanted flux: a sine, Hz and Wb: 5:0.04.", metavar="HZ:WB[:CYCLES]", show_default=False)
+    ] = "",
+    desired: Annotated[Path | None, typer.Option(help="File with the wanted flux over time.")] = None,
+    dt: Step = 1e-3,
+    plant: Annotated[str, typer.Option(help="Fit that answers in the coil's place; default: the same.")] = "",
+    *,
+    drive: CoilDrive,
+    work: Work,
+    plugins: Plugins,
+) -> CommandAnswer:
+    """Find the voltage for a wanted flux linkage of a coil, within limits, and the flux under it.
+
+    Example: mrfit apply flux-command --fit stop-mmf.lsq.all --sine 5:0.04 --resistance 2.1 --voltage 12
+    """
+    from mrfit.apply import coil_stage
+    from mrfit.apply.coil import flux_command as commanded
+
+    if bool(sine) == bool(desired):
+        raise ConfigError("give a wanted flux: --sine HZ:WB or --desired FILE")
+    coil = coil_named(work, fit)
+    answering = coil_named(work, plant) if plant else coil
+    if desired:
+        wanted, dt = coil_stage.wanted_flux(read_logs([desired], None))
+        name = desired.name
+    else:
+        wanted, name = coil_stage.wanted_sine(sine, dt), f"Sine {sine}"
+    found = commanded(coil, wanted, dt, drive, answering)
+    return CommandAnswer(coil_stage.flux_command(work, coil, answering, drive, name, found), _print_flux_command)
+
+
+def _print_flux_command(summary: "FluxCommandFile") -> None:
+    columns = (
+        "wanted",
+        "samples",
+        "range (Wb)",
+        "greatest error",
+        "rms error",
+        "limited",
+        "voltage (V)",
+        "current (A)",
+    )
+    shares = (f"{100.0 * share:.3g} %" for share in (summary.error, summary.rms_error, summary.limited))
+    row = [summary.wanted, summary.samples, summary.range, *shares, summary.greatest_voltage, summary.greatest_current]
+    console.print_table(f"Voltage for a flux of {summary.fit}; errors over the range", columns, [row])
+    for line in (*summary.notes, f"Page: {summary.page}"):
         console.say(line)

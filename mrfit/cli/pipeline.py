@@ -278,7 +278,7 @@ def predict(
     settings, notes = _read_as_fitted(workspace, logs, settings)
     with workspace.aside() as other:
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
-        mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
+        mrfit.flux.stage.run(other, flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         trained = kept.trained_on(workspace, found)
@@ -321,7 +321,8 @@ def _read_as_fitted(
     return replace(settings, map=own), [f"read by the channel map of the workspace, {own}; --map gives another"]
 
 
-def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.settings.flux.Settings:
+def flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.settings.flux.Settings:
+    """Return the settings by which the flux of other logs is found, as that of a fit's workspace."""
     import mrfit.flux.stage
 
     settings, found = mrfit.flux.stage.last_settings(workspace), mrfit.flux.stage.last_resistance(workspace)

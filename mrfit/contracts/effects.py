@@ -16,9 +16,10 @@ from mrfit.core.specs import SLOTS, Array, EffectSpec
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
-_OUTPUTS = {"flux", "force", "torque"}
+_OUTPUTS = {"flux", "current", "force", "torque"}
 BASES: dict[str, tuple[str, tuple[tuple[str, int], ...]]] = {
     "flux": ("boucwen-flux", ()),
+    "current": ("stop-mmf", ()),
     "force": ("tanh", (("fy", 1),)),
     "torque": ("rotational-erf", (("alpha", 1),)),
 }

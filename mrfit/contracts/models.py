@@ -12,7 +12,7 @@ from mrfit.core.channels import CHANNELS
 from mrfit.core.protocols import HasDerived, HasFarStarts, HasReduced, HasSensitivities, HasStartValues, Model
 from mrfit.core.specs import Array, ModelSpec
 
-_ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", ""}
+_ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", "saturation", "coercive", ""}
 
 
 def drive_of(spec: ModelSpec) -> Array:

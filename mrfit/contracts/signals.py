@@ -46,6 +46,7 @@ def for_effects() -> dict[str, Array]:
         "displacement": 0.02 * x,
         "velocity": 0.02 * v,
         "acceleration": 0.02 * a,
+        "flux": 0.03 * x,
         "angle": 0.3 * x,
         "angular_velocity": 0.3 * v,
         "current": 0.8 + 0.7 * np.sin(2 * np.pi * 1.7 * t),

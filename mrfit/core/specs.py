@@ -42,7 +42,8 @@ class Param:
         ``log`` where the value may range over decades (needs ``low > 0``), else ``linear``.
     role
         What the parameter does, for effects that make parameters of a role vary: ``yield``, ``viscous``, ``stiffness``,
-        ``knee`` (the velocity at which it yields, or its inverse), ``hysteresis``, ``offset``, ``inductance`` or empty.
+        ``knee`` (the velocity at which it yields, or its inverse), ``hysteresis``, ``offset``, ``inductance``,
+        ``saturation`` (of a core's flux), ``coercive`` (current) or empty.
     text
         What it means, in a few words.
     fixed
@@ -325,7 +326,7 @@ class EffectSpec:
     slot
         Where in the chain it acts.
     outputs
-        Model outputs it can act on: ``flux``, ``force``, ``torque``.
+        Model outputs it can act on: ``flux``, ``current``, ``force``, ``torque``.
     inputs
         Channels it needs.
     params

@@ -40,3 +40,21 @@ class Amplifier:
             raise ConfigError("an amplifier needs --most 1 or more, --rate and --voltage above 0, no negative R or L")
         if self.voltage is not None and self.inductance <= 0.0:
             raise ConfigError("--voltage limits the current's rate through the coil's inductance: add --inductance")
+
+
+@check_arguments
+@dataclass(frozen=True, slots=True)
+class CoilDrive:
+    """A coil's resistance, and limits of what drives it.
+
+    Attributes
+    ----------
+    resistance
+        Of the coil in ohm.
+    voltage, current
+        Greatest voltage in V and current in A, either sign, or None for any.
+    """
+
+    resistance: Annotated[float, Setting("Coil resistance in ohm.", low=0.0)]
+    voltage: Annotated[float | None, Setting("Greatest voltage in V, either sign.", low=1e-9)] = None
+    current: Annotated[float | None, Setting("Greatest current in A, either sign.", low=1e-9)] = None

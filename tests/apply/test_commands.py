@@ -11,14 +11,21 @@ import mrfit
 from mrfit.apply.damper import Damper
 from mrfit.cli import console
 from mrfit.cli.main import app
-from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
+from mrfit.io.schemas.apply import CurrentFile, FluxCommandFile, InvertFile, QuarterCarFile, TrackFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load, of_json
 from mrfit.io.workspace import plain
 from tests.apply.dampers import controllable, monotone
 
 Command = Callable[..., tuple[int, str]]
-FILES = {"invert": InvertFile, "track": TrackFile, "quarter-car": QuarterCarFile}
+FILES = {
+    "invert": InvertFile,
+    "track": TrackFile,
+    "quarter-car": QuarterCarFile,
+    "current": CurrentFile,
+    "flux-command": FluxCommandFile,
+}
+COIL = {"A": 0.8, "Lc": 0.02, "kappa": 3.5, "beta": 30.0, "gamma": 60.0, "n": 1.3, "D": 1.0}
 
 
 def write_fit(work: Path, name: str, damper: Damper, sets: int = 1) -> None:
@@ -50,6 +57,7 @@ def work(tmp_path: Path) -> Path:
     write_fit(folder, "memory", controllable("boucwen"))
     fixed = Damper("f", "bingham", (("fy", 90.0), ("C_inf", 900.0), ("f0", 0.0)), (), 0.0, 1.0)
     write_fit(folder, "no-current", fixed)
+    write_fit(folder, "coil", Damper("coil", "boucwen-flux", tuple(COIL.items()), (), 0.0, 1.0))
     return folder
 
 
@@ -175,6 +183,14 @@ def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path)
         (("quarter-car", "--fit", "plain", "--road", "moon"), 2, "--road takes"),
         (("quarter-car", "--fit", "plain", "--control", "luck"), 2, "--control takes"),
         (("quarter-car", "--fit", "plain", "--sprung", "-1"), 2, "a car needs"),
+        (("flux-command", "--fit", "coil", "--resistance", "2"), 2, "give a wanted flux"),
+        (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "5"), 2, "--sine takes HZ:WB"),
+        (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "5:0"), 2, "above 0, not '5:0'"),
+        (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "500:0.01"), 2, "cannot be sampled"),
+        (("flux-command", "--fit", "coil", "--sine", "5:0.01"), 2, "--resistance"),
+        (("flux-command", "--fit", "plain", "--resistance", "2", "--sine", "5:0.01"), 1, "predicts force: fit a coil"),
+        (("flux-command", "--fit", "coil", "--plant", "nobody", "--resistance", "2", "--sine", "5:0.01"), 1, "no fit"),
+        (("invert", "--fit", "coil", "--sine", "1:0.01", "--law", "c=1"), 1, "predicts flux"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(
@@ -183,6 +199,57 @@ def test_what_cannot_be_done_is_said_in_one_line(
     found, text = command(*arguments)
     assert found == code and words in text
     assert not (work / "apply").exists(), "the workspace is unchanged"
+
+
+def write_coil_log(path: Path, samples: int = 1000) -> tuple[np.ndarray, np.ndarray]:
+    """Write a coil's current and flux, measured, and return them."""
+    from mrfit.simulate.assembly import assemble
+
+    t = np.arange(samples) * 1e-3
+    current = 2.0 * np.sin(2 * np.pi * 5.0 * t) * (1.0 + 0.5 * np.sin(2 * np.pi * 0.7 * t))
+    whole = assemble("boucwen-flux")
+    flux = whole.simulate(current[None], whole.spec.theta(COIL)[None], 1e-3)[0]
+    np.savetxt(path, np.c_[t, current, flux], "%.12g", ",", header="time [s],current [A],flux [Wb]", comments="")
+    return current, flux
+
+
+def test_the_current_of_a_logged_flux_is_the_logged_one(command: Command, work: Path, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    current, _ = write_coil_log(log)
+    code, said = command("current", "--fit", "coil", log, "--known", "0.1", "--json")
+    assert code == 0, said
+    row = json.loads(said)["logs"][0]
+    assert row["known"] == 100 and row["error"] < 1e-6
+    page, content = page_of(work, "current")
+    assert content["coil"]["model"] == "boucwen-flux" and "known for the first 0.1 s" in page
+    from pyarrow.parquet import read_table
+
+    table = read_table(work / "apply" / "current-1.parquet").to_pydict()
+    np.testing.assert_allclose(table["current"], current, atol=1e-6)
+    assert command("current", "--fit", "coil", log)[0] == 0
+    code, text = command("current", "--fit", "coil", log, "--known", "0.001")
+    assert code == 1 and "is 1 of its 1000 samples" in text
+    assert command("current", "--fit", "coil", log, "--known", "1")[0] == 1
+    bare = tmp_path / "bare.csv"
+    bare.write_text("time [s],force [N]\n" + "".join(f"{k / 100},{k % 7}\n" for k in range(200)))
+    code, text = command("current", "--fit", "coil", bare)
+    assert code == 1 and "bare.csv: no flux linkage" in text
+
+
+def test_the_voltage_for_a_flux_and_its_limits(command: Command, work: Path, tmp_path: Path) -> None:
+    wanted = ("flux-command", "--fit", "coil", "--resistance", "2.1")
+    code, said = command(*wanted, "--sine", "5:0.03", "--voltage", "20", "--json")
+    assert code == 0 and json.loads(said)["error"] < 1e-9
+    page, content = page_of(work, "flux-command")
+    assert "Limits of 20 V never bind." in page and content["limited"] == 0.0
+    assert command(*wanted, "--sine", "5:0.03", "--voltage", "3", "--current", "1")[0] == 0
+    page, content = page_of(work, "flux-command")
+    assert content["limited"] > 0.1 and content["greatest_voltage"] <= 3.0 and content["greatest_current"] <= 1.0 + 1e-9
+    assert "Limits of 3 V and 1 A bind in" in page and "Red:" in page
+    log = tmp_path / "log.csv"
+    _, flux = write_coil_log(log)
+    code, said = command(*wanted, "--desired", log, "--json")
+    assert code == 0 and json.loads(said)["samples"] == len(flux)
 
 
 def test_the_same_from_python(work: Path) -> None:

@@ -87,6 +87,13 @@ def coil(folder: Path) -> None:
     _run(folder, "fit --model boucwen-flux --opt pso-fmin --budget 80")
 
 
+def core(folder: Path) -> None:
+    """Make a coil with one fit of all conditions."""
+    _shared(folder)
+    _run(folder, "ingest " + " ".join(f"datasets/coil/coil_{f}Hz_{i}A.csv" for f in ("01", "05") for i in (1, 3)))
+    _run(folder, "fit --model stop-mmf --opt lsq --fix m=0 --per all")
+
+
 def lag(folder: Path) -> None:
     """Make the damper of the first pages, with the fit of the lag that discovery finds in it."""
     _shared(folder)
@@ -189,6 +196,7 @@ LABS: dict[str, Callable[[Path], None]] = {
     "damper": damper,
     "models": models,
     "coil": coil,
+    "core": core,
     "lag": lag,
     "bench": bench,
     "discovered": discovered,

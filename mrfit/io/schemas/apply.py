@@ -1,4 +1,4 @@
-"""Results of `mrfit apply`: currents in invert.json, forces tracked in track.json, rides in quarter-car.json."""
+"""Results of `mrfit apply`: invert.json, track.json, quarter-car.json, current.json and flux-command.json."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -8,6 +8,8 @@ from mrfit.io.schemas.reading import Document, Entry, Number, told
 INVERT = "mrfit/apply-invert/1"
 TRACK = "mrfit/apply-track/1"
 QUARTER_CAR = "mrfit/apply-quarter-car/1"
+FLUX_CURRENT = "mrfit/apply-current/1"
+FLUX_COMMAND = "mrfit/apply-flux-command/1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -271,5 +273,104 @@ class QuarterCarFile(Document):
     rows: list[RideRow]
     checks: list[CheckRow]
     findings: list[str]
+    page: str = told("")
+    file: str = told("")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoilEntry(Entry):
+    """A coil: (name, value) of its parameters, SI, and the effects of instruments that were left out."""
+
+    name: str
+    model: str
+    parameters: tuple[tuple[str, Number], ...]
+    left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurrentRow(Entry):
+    """The current of a log's flux linkage in numbers, SI.
+
+    Attributes
+    ----------
+    log, samples, dt
+        Which log; its samples and their interval in s.
+    known
+        Samples of the beginning over which the current is known.
+    offset
+        Constant of the flux in Wb, from the beginning.
+    history
+        Currents in A before the first sample from which the state comes; empty for none.
+    range
+        Of the current found, in A.
+    rms_error, error
+        Rms error behind the beginning in A, and over the measured range; null where no current was logged.
+    """
+
+    log: str
+    samples: int
+    dt: float
+    known: int
+    offset: float
+    history: tuple[float, ...]
+    range: float
+    rms_error: float | None
+    error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurrentFile(Document):
+    """The currents of flux linkages, log by log; their courses are in tables beside it."""
+
+    known: ClassVar = (FLUX_CURRENT,)
+    schema: str = FLUX_CURRENT
+    fit: str
+    coil: CoilEntry
+    logs: list[CurrentRow]
+    notes: list[str]
+    page: str = told("")
+    file: str = told("")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FluxCommandFile(Document):
+    """A wanted flux linkage and the voltage for it, whose courses are in a table beside it.
+
+    Attributes
+    ----------
+    fit, coil, plant
+        Name of the fit, its coil, and the one that answers.
+    resistance, voltage, current
+        Of the coil in ohm; limits in V and A, null where there is none.
+    wanted, samples, dt
+        What was wanted, in words; samples and their interval in s.
+    range
+        Of the flux wanted, in Wb.
+    error, rms_error
+        Greatest and rms difference of flux wanted and flux got, over this range.
+    limited
+        Share of the samples at which voltage or current is at its limit.
+    greatest_voltage, greatest_current
+        In V and A.
+    """
+
+    known: ClassVar = (FLUX_COMMAND,)
+    schema: str = FLUX_COMMAND
+    fit: str
+    coil: CoilEntry
+    plant: CoilEntry
+    resistance: Number
+    voltage: Number | None
+    current: Number | None
+    wanted: str
+    samples: int
+    dt: float
+    range: float
+    error: float
+    rms_error: float
+    limited: float
+    greatest_voltage: float
+    greatest_current: float
+    notes: list[str]
     page: str = told("")
     file: str = told("")
