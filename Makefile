@@ -104,7 +104,7 @@ bench: setup
 	$(BIN)/python -m benchmarks
 
 benchmarks-public: setup
-	$(BIN)/python -m benchmarks.public_benchmarks > docs/public_benchmarks.md
+	$(BIN)/python -m benchmarks.public_benchmarks $(BENCHMARKS) > docs/public_benchmarks.md
 
 studies: setup
 	$(BIN)/python -m benchmarks.studies --work $(STUDIES)

@@ -39,6 +39,8 @@ _CAUSALITIES = (("current", "flux"), ("flux", "current"))
 _EDDY = eddy_current.SPEC.name
 # How many times the greatest known current an unlogged one is looked for
 _REACH = 3.0
+# Share of a limit from which on it binds
+BOUND = 1.0 - 1e-9
 # A step in s in which every lag dies out
 _SETTLED = 1e6
 
@@ -319,8 +321,8 @@ class FluxCommand:
         Command in V, held over the step that ends at its sample.
     flux, current
         Of the coil under this voltage, in Wb and A.
-    predicted
-        The flux in Wb that the commanding model expects; that of the coil itself where it is the same.
+    predicted, commanded_current
+        Flux in Wb and current in A that the model of the command expects; those of the coil where it is the same.
     limited
         Share of the samples at which voltage or current is at its limit.
     """
@@ -331,6 +333,7 @@ class FluxCommand:
     flux: Array
     current: Array
     predicted: Array
+    commanded_current: Array
     limited: float
 
     @property
@@ -383,13 +386,11 @@ def flux_command(
     got = commanded if answering == made else _energised(answering, drive, dt, wanted, voltage)
     limits = (drive.voltage, drive.current)
     at_limit = [
-        np.abs(commanded[:, k]) >= (1.0 - 1e-9) * limit
-        for k, limit in zip((0, 3), limits, strict=True)
-        if limit is not None
+        np.abs(commanded[:, k]) >= BOUND * limit for k, limit in zip((0, 3), limits, strict=True) if limit is not None
     ]
     limited = float(np.mean(np.any(at_limit, axis=0))) if at_limit else 0.0
     time = np.arange(len(wanted), dtype=np.float64) * np.float64(dt)
-    return FluxCommand(time, wanted, voltage, got[:, 1], got[:, 3], commanded[:, 1], limited)
+    return FluxCommand(time, wanted, voltage, got[:, 1], got[:, 3], commanded[:, 1], commanded[:, 3], limited)
 
 
 def _energised(made: Coil, drive: CoilDrive, dt: float, wanted: Array, voltage: Array) -> Array:

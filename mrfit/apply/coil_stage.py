@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.apply.coil import Coil, FluxCommand, FluxCurrent, current_of_flux
+from mrfit.apply.coil import BOUND, Coil, FluxCommand, FluxCurrent, current_of_flux
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.motion import LONGEST
 from mrfit.apply.page import Columns, table_of
@@ -114,12 +114,17 @@ def flux_command(
         f"Greatest difference of flux wanted and flux got: {100.0 * found.error:.3g} % of the range wanted, "
         f"rms {100.0 * found.rms_error:.3g} %."
     ]
-    limits = {"V": drive.voltage, "A": drive.current}
-    said = " and ".join(f"{limit:g} {unit}" for unit, limit in limits.items() if limit is not None)
-    if found.limited > 0.0:
-        notes.append(f"Limits of {said} bind in {100.0 * found.limited:.3g} % of the samples: less flux comes there.")
-    elif said:
-        notes.append(f"Limits of {said} never bind.")
+    greatest = {"V": float(np.max(np.abs(found.voltage))), "A": float(np.max(np.abs(found.commanded_current)))}
+    limits = {u: limit for u, limit in (("V", drive.voltage), ("A", drive.current)) if limit is not None}
+    binding = [f"{limit:g} {u}" for u, limit in limits.items() if greatest[u] >= BOUND * limit]
+    said = " and ".join(f"{limit:g} {u}" for u, limit in limits.items())
+    if binding:
+        held = " and ".join(binding)
+        notes.append(
+            f"{held}: at the limit in {100.0 * found.limited:.3g} % of the samples, where the flux stays behind."
+        )
+    if free := [f"{limit:g} {u}" for u, limit in limits.items() if greatest[u] < BOUND * limit]:
+        notes.append(f"{' and '.join(free)}: the limit never binds.")
     notes += _left_out(coil)
     document = FluxCommandFile(
         fit=coil.name,
@@ -228,9 +233,9 @@ def _current_section(one: LoggedFlux, k: int) -> Section:
 def _command_figure(document: FluxCommandFile, found: FluxCommand) -> SectionFigure:
     t = found.time
     bound = np.zeros(len(t), dtype=bool)
-    for limit, course in ((document.voltage, found.voltage), (document.current, found.current)):
+    for limit, course in ((document.voltage, found.voltage), (document.current, found.commanded_current)):
         if limit is not None:
-            bound |= np.abs(course) >= (1.0 - 1e-9) * limit
+            bound |= np.abs(course) >= BOUND * limit
     flux = [Curve(t, found.wanted, "wanted", MEASURED, "-", 2.2), Curve(t, found.flux, "got", SIMULATED)]
     panels = [
         Panel("Flux", "t (s)", "flux (Wb)", flux, marks=spans(t, bound)),

@@ -241,11 +241,11 @@ def test_the_voltage_for_a_flux_and_its_limits(command: Command, work: Path, tmp
     code, said = command(*wanted, "--sine", "5:0.03", "--voltage", "20", "--json")
     assert code == 0 and json.loads(said)["error"] < 1e-9
     page, content = page_of(work, "flux-command")
-    assert "Limits of 20 V never bind." in page and content["limited"] == 0.0
+    assert "20 V: the limit never binds." in page and content["limited"] == 0.0
     assert command(*wanted, "--sine", "5:0.03", "--voltage", "3", "--current", "1")[0] == 0
     page, content = page_of(work, "flux-command")
     assert content["limited"] > 0.1 and content["greatest_voltage"] <= 3.0 and content["greatest_current"] <= 1.0 + 1e-9
-    assert "Limits of 3 V and 1 A bind in" in page and "Red:" in page
+    assert "1 A: at the limit in" in page and "Red:" in page
     log = tmp_path / "log.csv"
     _, flux = write_coil_log(log)
     code, said = command(*wanted, "--desired", log, "--json")
