@@ -43,8 +43,8 @@ PLANTED = {"c": 10.0, "k": 5e4, "x0": 0.0, "alpha": 5e4, "b": -2.2, "g": 1.6, "n
 RESULTS = Path(__file__).parent / "public_results"
 HEAD = """# Public benchmarks
 
-Data that anyone can get, with scores that others published. Each row compares the same error on the same records, none
-of which the fit has seen. The page is made from result files by
+Data that anyone can get, with scores that others published: the same error on the same records. No fit has seen them,
+but where this is said. The page is made from result files by
 
     MRFIT_PUBLIC_BENCHMARKS=FOLDER make benchmarks-public
 
@@ -62,7 +62,7 @@ default settings. The tests are without noise and seen by no fit: 8 192 samples 
 listed on the [benchmark's page](https://www.nonlinearbenchmark.org/benchmarks/bouc-wen); the two rows here are the best
 linear model and the best that could be confirmed.
 
-| by | trained on | multisine (m) | sweep (m) | fit (s) |
+| by | trained on | multisine (m) | sweep (m) | fit, beside other work (s) |
 |---|---|---|---|---|
 | best linear model published | 5 of 5 periods | 1.6e-04 | – | – |
 | best published | 5 of 5 periods | 7.5e-06 | – | – |"""

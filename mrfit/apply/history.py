@@ -14,7 +14,7 @@ import numpy as np
 from mrfit.core.specs import Array
 
 # Points of the first grid for the two turning points, of those that refine it, and how often
-_FIRST, _LATER, _ROUNDS = (13, 17), (7, 9), 5
+_FIRST, _LATER, _ROUNDS = (13, 17), (7, 9), 4
 
 
 def fitted_history(error: Callable[[Array], float], reach: float) -> Array:
