@@ -25,7 +25,6 @@ from scipy.signal import lfilter
 import mrfit
 from benchmarks.command import deliver
 from benchmarks.export_speed import timed
-from mrfit.api.exporting import source_of_result
 from mrfit.core.specs import Array
 from mrfit.export.c import rendered, tracker_files, tracker_source
 from mrfit.export.c_parts import parts_of
@@ -139,7 +138,7 @@ def fitted(law: PlantedLaw, rng: np.random.Generator) -> ExportSource:
     """Return the fit of logs of both motions."""
     logs = [planted(law, kind, np.ones((round(30.0 / DT), 3)), rng) for kind in MOTIONS]
     records = [mrfit.Recording.from_arrays(dt=DT, **log.channels, force=log.measured) for log in logs]
-    return source_of_result(mrfit.fit(records, model=law.model, per="all", progress=False))
+    return mrfit.fit(records, model=law.model, per="all", progress=False).source()
 
 
 @dataclass(frozen=True)
