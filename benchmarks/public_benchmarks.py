@@ -64,8 +64,8 @@ linear model and the best that could be confirmed.
 
 | by | trained on | multisine (m) | sweep (m) | fit, beside other work (s) |
 |---|---|---|---|---|
-| best linear model published | 5 of 5 periods | 1.6e-04 | – | – |
-| best published | 5 of 5 periods | 7.5e-06 | – | – |"""
+| best linear model published | their own record | 1.6e-04 | – | – |
+| best published | their own record | 7.5e-06 | – | – |"""
 MAGNET = """
 ## MagNet Challenge 2: H from B
 
