@@ -98,8 +98,13 @@ def test_a_converter_that_wraps_round(amplitude: float, bits: int, scale: float)
     assert _faults(force=scale * ((counts + half) % (2 * half) - half)) == [("wrap-round", "force")]
 
 
+def test_noise_on_a_level_that_drifts_does_not_wrap_round() -> None:
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(0.0, 0.05, len(T))
+        assert _faults(temperature=np.round((noise + 0.2 * T / T[-1]) / 0.02)) == []
+
+
 SOUND = {
-    "a level that drifts less than its noise": np.round((0.05 * NOISE + 0.05 * T / T[-1]) / 0.02),
     "sine": SINE + 0.002 * NOISE,
     "sine without noise": SINE,
     "sine of few bits": np.round(127 * SINE) / 127,
