@@ -89,7 +89,9 @@ The parameters of a fit have not. Forms compared, by a prototype of the fit with
 |---|---|---|---|
 {forms}
 
-The first score of the model as it stands here, without the lateness of B, was {first}.
+Chosen for each group by the errors on the four others, of 24 forms tried, the prototype leaves {nested} on all
+groups: the choice itself costs little. The first score of the model as it stands here, without the lateness of B,
+was {first}.
 """
 # Table of the studies -> record and split, error, who published, command
 RECORDS_TOLD = {
@@ -210,7 +212,7 @@ def magnet_part(result: dict[str, Any]) -> list[str]:
         cells = [*(np.mean(shares[some]) for some in groups.values()), np.percentile(shares, 95), np.median(shares)]
         lines.append(f"| {name} | {count} | " + " | ".join(f"{c:.1f} %" for c in cells) + " |")
     forms = "\n".join(f"| {name} | {n} | {mean:.1f} | {high:.1f} |" for name, n, mean, high in magnet.FORMS)
-    return [*lines, FORM.format(forms=forms, first=magnet.FIRST)]
+    return [*lines, FORM.format(forms=forms, first=magnet.FIRST, nested=magnet.NESTED)]
 
 
 def records_part() -> list[str]:
