@@ -125,6 +125,9 @@ MOTION: Mapping[str, tuple[str, str, str]] = {
 CONTROL = "current"
 """The input by which a law is changed during a test."""
 
+ELECTRICAL = ("current", "voltage")
+"""Channels of a coil that is switched off at zero."""
+
 WARMTH = "temperature"
 """The channel that tells how warm the specimen is."""
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from mrfit.core.channels import ELECTRICAL
 from mrfit.core.specs import Array
 from mrfit.signal.runs import runs
 
@@ -65,7 +66,7 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
     for k in long[lengths[long] >= LONGER * _usual(lengths, fewest)]:
         begin, end = int(first[k]), int(stop[k]) + 1
         level = float(np.median(values[begin:end]))
-        off = abs(level) <= code and name in ("current", "voltage")
+        off = abs(level) <= code and name in ELECTRICAL
         at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
         jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
         if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met

@@ -322,7 +322,7 @@ def test_hostile_names_stay_in_their_comment(name: str, tmp_path: Path) -> None:
 
 
 def test_every_model_has_a_form_and_every_effect_that_is_no_error_of_the_record() -> None:
-    bases = {"force": "tanh", "flux": "boucwen-flux"}
+    bases = {"force": "tanh", "flux": "boucwen-flux", "current": "stop-mmf"}
     specs = [registry.load("effect", e).SPEC for e in registry.names("effect") if e not in RECORD]
     effects = [f"{bases[s.outputs[0]]}+{s.name}" for s in specs]
     for model in (*registry.names("model"), *effects):

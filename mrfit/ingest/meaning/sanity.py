@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from mrfit.core.channels import unit_of
+from mrfit.core.channels import ELECTRICAL, unit_of
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -24,7 +24,6 @@ OUTLIER = 1000.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
 ALTERNATING = ("displacement", "velocity", "force", "current", "voltage", "flux", "angle", "torque")
-ELECTRICAL = ("current", "voltage")
 
 
 def channel_findings(record: Recording) -> list[Finding]:
