@@ -25,6 +25,8 @@ SHOWN = 2.0
 MOVED = 0.08
 HIGHEST_CURRENT = 2.0
 YIELD_FORCE = {"fy@0A": 150.0, "fy@2A": 900.0}
+# Base models of effects on a coil, by their output
+BASES = {"flux": "boucwen-flux", "current": "stop-mmf"}
 WIDTH, HEIGHT = 6.8, 2.6
 STYLE = {"font.size": 9, "svg.hashsalt": "mrfit", "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True}
 Channels = Mapping[str, Array]
@@ -78,8 +80,9 @@ def effect(name: str) -> tuple[Assembly, Channels, Array, Array]:
     """Return an effect on its base model, the drive, and the output without and with it."""
     spec: EffectSpec = registry.load("effect", name).SPEC
     of_coil = "flux" in spec.outputs
-    varies = None if of_coil else CurrentDependence((("fy", 1),), 0.0, HIGHEST_CURRENT)
-    model = assemble(f"{'boucwen-flux' if of_coil else 'tanh'}+{name}", varies)
+    base = next((b for output, b in BASES.items() if output in spec.outputs), "tanh")
+    varies = CurrentDependence((("fy", 1),), 0.0, HIGHEST_CURRENT) if base == "tanh" else None
+    model = assemble(f"{base}+{name}", varies)
     drive = channels(held="current" not in spec.inputs)
     neutral = {f"{name}.{p.name}": value for p, value in zip(spec.params, spec.neutral, strict=True)}
     values = {**dict(zip(model.spec.names, model.spec.start, strict=True)), **neutral}

@@ -285,7 +285,7 @@ def tests_of_law(dataset: Dataset, driven_by: str, mass: str) -> Dataset:
         # the first cycle leads the law in
         lead, cycles = (segment.samples // segment.cycles, segment.cycles - 1) if segment.cycles > 1 else (0, 0)
         moved = replace(segment, drive=MOTION_OF_MASS[0], start=segment.start + lead, warm_up=lead, cycles=cycles)
-        segments.append(moved)
+        segments.append(replace(moved, amplitude=float(np.ptp(motion[0])) / 2.0, offset=float(np.mean(motion[0]))))
     return Dataset(segments, recordings)
 
 

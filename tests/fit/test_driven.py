@@ -122,6 +122,7 @@ def test_what_excitation_and_inertia_leave_is_the_force_of_the_law(channel: str,
     made = made_tests(Dataset([segment], {"r": recording}), drive, mass)
     (moved,), test = made.segments, made.recordings["r"].channels
     assert (moved.drive, moved.cycles, moved.warm_up, moved.start) == ("displacement", 3, PERIOD, PERIOD)
+    assert moved.amplitude == pytest.approx(0.5 * np.ptp(test["displacement"]))
     assert channel not in test
     expected = TRUTH["k"] * test["displacement"] + TRUTH["c"] * test["velocity"]
     assert np.abs(test["force"] - expected).max() < 1e-4 * np.ptp(expected)
