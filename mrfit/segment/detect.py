@@ -15,6 +15,7 @@ from mrfit.segment.stuck import around, stuck_stretches
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.signal.cycles import SteadyCycles, gaps, steady_stretches, turning_points
 from mrfit.signal.long_cycles import stretches_of
+from mrfit.signal.long_segments import LEAD_IN
 from mrfit.signal.noise import noise_level
 from mrfit.signal.thinning import thinned
 
@@ -22,8 +23,6 @@ MOVED_DRIVES = ("displacement", "velocity", "angle", "angular_velocity")
 # An irregular stretch beside periodic ones must be this long and large to be a test of its own.
 IRREGULAR_SHARE = 0.2
 FEWEST_CYCLE_SAMPLES = 100
-# Share of an irregular segment by which the model only settles.
-LEAD_IN = 0.1
 HELD_SHARE = 0.05
 # How much more departure is accepted in an unsteady recording, and how much more of it that must find.
 UNSTEADY = 3.0
@@ -102,13 +101,12 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     whole = [replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found]
     kept = sum(s.samples + s.warm_up for s in whole)
     findings = said + _said(recording, drive, whole, kept)
-    if stuck := stuck_stretches(recording):
-        pieces = around(whole, stuck, recording.dt)
-        if pieces != whole:
-            cut = sum(s.samples for s in whole) - sum(s.samples for s in pieces)
-            channels = " and ".join(dict.fromkeys(s.channel for s in stuck))
-            findings.append(f"{recording.id}: {cut} samples where {channels} is stuck, and about them, not compared")
-        whole, kept = _numbered(pieces, recording.id), kept - sum(s.rows.stop - s.rows.start for s in stuck)
+    stuck = stuck_stretches(recording)
+    if (pieces := around(whole, stuck, recording.dt)) != whole:
+        cut = sum(s.samples for s in whole) - sum(s.samples for s in pieces)
+        channels = " and ".join(dict.fromkeys(s.channel for s in stuck))
+        findings.append(f"{recording.id}: {cut} samples where {channels} is stuck, and about them, not compared")
+        whole, kept = _numbered(pieces, recording.id), kept - cut
     return Detection(replace(recording, channels={}), recording.samples, tuple(whole), tuple(findings), kept)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from mrfit.core.channels import DRIVING, LEVEL_CHANNELS
 from mrfit.core.recording import Recording, Segment
+from mrfit.signal.long_segments import LEAD_IN
 from mrfit.signal.noise import LONG_SEGMENT
 from mrfit.signal.stuck import STUCK_KIND, stuck_rows
 
@@ -18,13 +19,11 @@ from mrfit.signal.stuck import STUCK_KIND, stuck_rows
 MOST_STUCK = 0.2
 # Fewest samples of a piece, and whole cycles in one that has any: fewer do not show that it is steady
 FEWEST_SAMPLES, FEWEST_CYCLES = 100, 2
-# Share of a piece behind a stuck input by which the model only settles
-SETTLING = 0.1
 
 
 @dataclass(frozen=True)
 class StuckRows:
-    """Rows at which a channel is stuck, and whether it is an input of the specimen."""
+    """Rows at which a channel is stuck."""
 
     rows: slice
     channel: str
@@ -53,15 +52,16 @@ def around(segments: Sequence[Segment], stuck: Sequence[StuckRows], dt: float) -
 
 def _pieces(segment: Segment, stuck: Sequence[StuckRows], dt: float) -> list[Segment]:
     begin, free, pieces = segment.start - segment.warm_up, segment.start, []
-    for fault in stuck:
+    faults = [f for f in stuck if f.rows.stop > begin and f.rows.start < segment.stop]
+    if not faults:
+        return [segment]
+    for fault in faults:
         rows = fault.rows
-        if rows.stop <= begin or rows.start >= segment.stop:
-            continue
         pieces.append(_piece(segment, begin, free, rows.start, dt))
         free = max(free, rows.stop)
         if fault.of_input:
             begin = rows.stop
-            free = max(free, begin + round(SETTLING * (segment.stop - begin)))
+            free = max(free, begin + round(LEAD_IN * (segment.stop - begin)))
     pieces.append(_piece(segment, begin, free, segment.stop, dt))
     return [p for p in pieces if p is not None]
 

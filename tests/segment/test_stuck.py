@@ -11,7 +11,8 @@ from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.ingest.meaning.faults import fault_findings
 from mrfit.segment.detect import Detection, detect
-from mrfit.segment.stuck import FEWEST_SAMPLES, SETTLING, StuckRows, around, stuck_stretches
+from mrfit.segment.stuck import FEWEST_SAMPLES, StuckRows, around, stuck_stretches
+from mrfit.signal.long_segments import LEAD_IN
 from tests.flux.records import recording
 
 DT = 2e-3
@@ -50,6 +51,7 @@ def test_a_stuck_output_is_not_compared_and_the_model_goes_on_through_it(road: b
     log = _log(road, ("force", 1400, 1400 + held), ("force", 2200, 2200 + held))
     found, sound = _cut(log), _cut(_log(road))
     marked, whole = _compared(found), _compared(sound)
+    assert sound.kept - found.kept == whole.sum() - marked.sum()
     assert not marked[1400 : 1400 + held].any() and not marked[2200 : 2200 + held].any()
     # of two cycles and more only whole ones are compared
     least = 0.97 if road else 0.6
@@ -66,7 +68,7 @@ def test_behind_a_stuck_input_the_model_settles_once_more() -> None:
     before, behind = found.segments
     assert before.stop == 1400
     assert behind.start - behind.warm_up == 1500
-    assert behind.warm_up == pytest.approx(SETTLING * (3000 - 1500), abs=1.0)
+    assert behind.warm_up == pytest.approx(LEAD_IN * (3000 - 1500), abs=1.0)
 
 
 def test_a_sound_log_is_cut_as_it_was() -> None:
