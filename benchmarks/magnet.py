@@ -102,11 +102,7 @@ class Fit:
             self.error = float(np.mean(self.errors(self.theta)))
             print(f"  skew {skew}: {100 * self.error:.2f} %", file=sys.stderr, flush=True)
             self.weights = 1.0 / np.maximum(self.errors(self.theta), LEAST) ** 0.5
-            bounds, least = (
-                (low, high),
-                least_squares(self.residuals, x, jac=self.slopes, max_nfev=EVALUATIONS, bounds=(low, high)),
-            )
-            x = np.clip(least.x, *bounds)
+            x = least_squares(self.residuals, x, jac=self.slopes, max_nfev=EVALUATIONS, bounds=(low, high)).x
         self.theta = self.vector(x)
 
     def place(self, theta: Array) -> Array:

@@ -17,8 +17,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.apply.circuit import Circuit, energised, energised_by_flux, magnetised, terminal
+from mrfit.apply.damper import parameters_for_all
 from mrfit.apply.history import fitted_history
 from mrfit.core import registry
 from mrfit.core.arguments import check_arguments
@@ -146,17 +148,9 @@ def coil_of(fit: "FitResult | Coil") -> Coil:
     """
     if isinstance(fit, Coil):
         return fit
-    results = fit.content.results
     if fit.output not in ("flux", "current"):
         raise DataError(f"'{fit.name}' predicts {fit.output}: fit a coil's flux, as `mrfit fit --model boucwen-flux`")
-    if len(results) != 1:
-        raise DataError(
-            f"fit '{fit.name}' has {len(results)} sets of parameters, one for each condition: apply needs one for all; "
-            f"run `mrfit fit --model {fit.model} --per all`"
-        )
-    values = {p.name: p.value for p in results[0].parameters}
-    spec = fit.assembly.spec
-    return coil(fit.model, dict(zip(spec.names, spec.theta(values).tolist(), strict=True)), fit.name)
+    return coil(fit.model, dict(parameters_for_all(fit)), fit.name)
 
 
 @dataclass(frozen=True)
@@ -323,8 +317,8 @@ class FluxCommand:
         Of the coil under this voltage, in Wb and A.
     predicted, commanded_current
         Flux in Wb and current in A that the model of the command expects; those of the coil where it is the same.
-    limited
-        Share of the samples at which voltage or current is at its limit.
+    at_limit
+        Whether voltage or current is at its limit, (N,).
     """
 
     time: Array
@@ -334,7 +328,12 @@ class FluxCommand:
     current: Array
     predicted: Array
     commanded_current: Array
-    limited: float
+    at_limit: NDArray[np.bool_]
+
+    @property
+    def limited(self) -> float:
+        """Share of the samples at which voltage or current is at its limit."""
+        return float(np.mean(self.at_limit))
 
     @property
     def error(self) -> float:
@@ -384,13 +383,12 @@ def flux_command(
     commanded = _energised(made, drive, dt, wanted, unknown)
     voltage = commanded[:, 0]
     got = commanded if answering == made else _energised(answering, drive, dt, wanted, voltage)
-    limits = (drive.voltage, drive.current)
-    at_limit = [
-        np.abs(commanded[:, k]) >= BOUND * limit for k, limit in zip((0, 3), limits, strict=True) if limit is not None
-    ]
-    limited = float(np.mean(np.any(at_limit, axis=0))) if at_limit else 0.0
+    at_limit = np.zeros(len(wanted), dtype=bool)
+    for course, limit in ((voltage, drive.voltage), (commanded[:, 3], drive.current)):
+        if limit is not None:
+            at_limit |= np.abs(course) >= BOUND * limit
     time = np.arange(len(wanted), dtype=np.float64) * np.float64(dt)
-    return FluxCommand(time, wanted, voltage, got[:, 1], got[:, 3], commanded[:, 1], commanded[:, 3], limited)
+    return FluxCommand(time, wanted, voltage, got[:, 1], got[:, 3], commanded[:, 1], commanded[:, 3], at_limit)
 
 
 def _energised(made: Coil, drive: CoilDrive, dt: float, wanted: Array, voltage: Array) -> Array:

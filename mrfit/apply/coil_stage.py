@@ -8,12 +8,12 @@ import numpy as np
 
 from mrfit.apply.coil import BOUND, Coil, FluxCommand, FluxCurrent, current_of_flux
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
-from mrfit.apply.motion import LONGEST
+from mrfit.apply.motion import check_length, sine_phase, written_sine
 from mrfit.apply.page import Columns, table_of
 from mrfit.apply.stage import spans, write
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
-from mrfit.errors import ConfigError, DataError
+from mrfit.errors import DataError
 from mrfit.io.columns import part_of
 from mrfit.io.schemas.apply import CoilEntry, CurrentFile, CurrentRow, FluxCommandFile
 from mrfit.report.numbers import significant
@@ -46,8 +46,7 @@ def inverted_log(coil: Coil, recording: Recording, known: float) -> LoggedFlux:
     source, channels = Path(recording.source).name or recording.id, recording.channels
     if "flux" not in channels:
         raise DataError(f"{source}: no flux linkage, and no voltage and current from which to reconstruct it")
-    if recording.samples > LONGEST:
-        raise DataError(f"{source}: more than {LONGEST} samples; cut the log")
+    check_length(source, recording.samples)
     taken = {n: part_of(c, 0, recording.samples) for n, c in channels.items()}
     count = round(known / recording.dt)
     if count and "current" not in taken:
@@ -153,7 +152,7 @@ def flux_command(
         f"Voltage for a flux of {coil.name}",
         "A wanted flux linkage, the voltage for it, u = R*i + d(flux)/dt, and the coil under this voltage.",
         facts,
-        [Section(wanted, notes, (), [_command_figure(document, found)])],
+        [Section(wanted, notes, (), [_command_figure(found)])],
         "flux-command.json",
     )
     names = ("time", "wanted", "voltage", "flux", "current", "predicted")
@@ -168,16 +167,8 @@ def wanted_sine(text: str, dt: float) -> Array:
     ConfigError
         If it is malformed, or has fewer than 20 samples a cycle.
     """
-    from mrfit.settings.forms import number
-
-    numbers = [number("--sine", part) for part in text.split(":")]
-    if len(numbers) not in (2, 3) or not min(numbers) > 0.0:
-        raise ConfigError(f"--sine takes HZ:WB or HZ:WB:CYCLES above 0, not '{text}'")
-    frequency, amplitude, cycles = numbers if len(numbers) == 3 else (*numbers, 4.0)
-    count = int(np.ceil(cycles / frequency / dt)) + 1
-    if frequency * dt > 0.05 or count > LONGEST:
-        raise ConfigError(f"a sine of {frequency:g} Hz for {cycles:g} cycles cannot be sampled every {dt:g} s")
-    return np.asarray(amplitude * np.sin(2.0 * np.pi * frequency * np.arange(count) * dt))
+    frequency, amplitude, cycles = written_sine(text, "WB")
+    return np.asarray(amplitude * np.sin(sine_phase(frequency, cycles, dt)))
 
 
 def wanted_flux(recordings: Sequence[Recording]) -> tuple[Array, float]:
@@ -192,8 +183,7 @@ def wanted_flux(recordings: Sequence[Recording]) -> tuple[Array, float]:
     if len(recordings) != 1 or "flux" not in recordings[0].channels:
         raise DataError(f"{source}: needs a column 'flux' beside the time, in one stretch without gaps")
     one = recordings[0]
-    if one.samples > LONGEST:
-        raise DataError(f"{source}: more than {LONGEST} samples; cut it")
+    check_length(source, one.samples)
     return np.array(part_of(one.channels["flux"], 0, one.samples)), one.dt
 
 
@@ -230,12 +220,8 @@ def _current_section(one: LoggedFlux, k: int) -> Section:
     return Section(one.row.log, (), (), (drawn,))
 
 
-def _command_figure(document: FluxCommandFile, found: FluxCommand) -> SectionFigure:
-    t = found.time
-    bound = np.zeros(len(t), dtype=bool)
-    for limit, course in ((document.voltage, found.voltage), (document.current, found.commanded_current)):
-        if limit is not None:
-            bound |= np.abs(course) >= BOUND * limit
+def _command_figure(found: FluxCommand) -> SectionFigure:
+    t, bound = found.time, found.at_limit
     flux = [Curve(t, found.wanted, "wanted", MEASURED, "-", 2.2), Curve(t, found.flux, "got", SIMULATED)]
     panels = [
         Panel("Flux", "t (s)", "flux (Wb)", flux, marks=spans(t, bound)),

@@ -157,16 +157,8 @@ def damper_of(
     DataError
         If the fit has several sets of parameters, or its force does not depend on a current.
     """
-    content = fit.content
-    if len(content.results) != 1:
-        raise DataError(
-            f"fit '{fit.name}' has {len(content.results)} sets of parameters, one for each condition: apply needs one "
-            f"for all; run `mrfit fit --model {fit.model} --per all`"
-        )
+    content, parameters = fit.content, parameters_for_all(fit)
     stored = content.current_dependence
-    values = {p.name: p.value for p in content.results[0].parameters}
-    spec = fit.assembly.spec
-    parameters = tuple(zip(spec.names, spec.theta(values).tolist(), strict=True))
     orders: tuple[tuple[str, Order], ...] = ()
     if stored:
         orders, (low, high) = tuple(stored.orders.items()), (stored.low, stored.high)
@@ -174,6 +166,24 @@ def damper_of(
         low, high = current or (0.0, _greatest(content))
     ranges = tuple((n, *ends) for n, ends in (fit.extents if tested is None else tested).items())
     return controllable(Damper(fit.name, fit.model, parameters, orders, low, high, ranges))
+
+
+def parameters_for_all(fit: "FitResult") -> tuple[tuple[str, float], ...]:
+    """Return (name, value) of a fit's parameters in the order of the SPEC, SI.
+
+    Raises
+    ------
+    DataError
+        If the fit has several sets of parameters.
+    """
+    results = fit.content.results
+    if len(results) != 1:
+        raise DataError(
+            f"fit '{fit.name}' has {len(results)} sets of parameters, one for each condition: apply needs one for all; "
+            f"run `mrfit fit --model {fit.model} --per all`"
+        )
+    values, spec = {p.name: p.value for p in results[0].parameters}, fit.assembly.spec
+    return tuple(zip(spec.names, spec.theta(values).tolist(), strict=True))
 
 
 def _greatest(content: "Fit") -> float:

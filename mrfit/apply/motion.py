@@ -14,9 +14,10 @@ from mrfit.core.progress import silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.segment.stage import cut
+from mrfit.settings.forms import number
 from mrfit.signal.smoothing import smooth
 
-LONGEST = 200_000
+_LONGEST = 200_000
 """Samples of a motion; a simulation takes each by itself."""
 
 
@@ -53,13 +54,45 @@ def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e
         raise ConfigError(f"a sine is for a {' or a '.join(MOTIONS)}, not for '{output}'")
     if not min(frequency, amplitude, cycles, dt) > 0.0 or not np.isfinite([frequency, amplitude, cycles, dt]).all():
         raise ConfigError("a sine needs a frequency, an amplitude, cycles and a sample interval above 0")
-    count = int(np.ceil(cycles / frequency / dt)) + 1
-    if frequency * dt > 0.05 or count > LONGEST:
-        raise ConfigError(f"a sine of {frequency:g} Hz for {cycles:g} cycles cannot be sampled every {dt:g} s")
-    phase, omega = 2.0 * np.pi * frequency * np.arange(count) * dt, 2.0 * np.pi * frequency
+    phase, omega = sine_phase(frequency, cycles, dt), 2.0 * np.pi * frequency
     courses = (np.sin(phase), omega * np.cos(phase), -(omega**2) * np.sin(phase))
     channels = {n: amplitude * c for n, c in zip(MOTIONS[output], courses, strict=True)}
     return Motion(f"sine {frequency:g} Hz, {amplitude:g} {'m' if output == 'force' else 'rad'}", dt, channels)
+
+
+def sine_phase(frequency: float, cycles: float, dt: float) -> Array:
+    """Return the phase in rad of every sample of a sine of some cycles, (N,).
+
+    Raises
+    ------
+    ConfigError
+        If there are fewer than 20 samples a cycle, or too many of them.
+    """
+    count = int(np.ceil(cycles / frequency / dt)) + 1
+    if frequency * dt > 0.05 or count > _LONGEST:
+        raise ConfigError(f"a sine of {frequency:g} Hz for {cycles:g} cycles cannot be sampled every {dt:g} s")
+    return np.asarray(2.0 * np.pi * frequency * np.arange(count) * dt, dtype=np.float64)
+
+
+def written_sine(text: str, unit: str) -> tuple[float, float, float]:
+    """Return frequency in Hz, amplitude and cycles of a sine ``HZ:UNIT`` or ``HZ:UNIT:CYCLES``.
+
+    Raises
+    ------
+    ConfigError
+        If it is malformed, or a number is not positive.
+    """
+    numbers = [number("--sine", part) for part in text.split(":")]
+    if len(numbers) not in (2, 3) or not min(numbers) > 0.0:
+        raise ConfigError(f"--sine takes HZ:{unit} or HZ:{unit}:CYCLES above 0, not '{text}'")
+    frequency, amplitude, cycles = numbers if len(numbers) == 3 else (*numbers, 4.0)
+    return frequency, amplitude, cycles
+
+
+def check_length(log: str, samples: int) -> None:
+    """Raise a DataError if a log is longer than what is simulated at once."""
+    if samples > _LONGEST:
+        raise DataError(f"{log}: more than {_LONGEST} samples; cut the log")
 
 
 def of_recordings(recordings: Iterable[core.Recording], names: Iterable[str], output: str) -> list[Motion]:
@@ -83,8 +116,7 @@ def of_recordings(recordings: Iterable[core.Recording], names: Iterable[str], ou
     wanted = list(dict.fromkeys((*MOTIONS[output], *(n for n in names if n not in ("current", "time")))))
     for recording in recordings:
         whole = replace(moving_stretch(recording), warm_up=0)
-        if whole.stop - whole.start > LONGEST:
-            raise DataError(f"{recording.source or recording.id}: more than {LONGEST} samples; cut the log")
+        check_length(recording.source or recording.id, whole.samples)
         drive = smooth(recording, whole, wanted)
         measured = recording.channels.get(output)
         channels = dict(zip(wanted, drive.values, strict=True))

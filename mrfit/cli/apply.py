@@ -12,9 +12,9 @@ from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest, shared
 from mrfit.settings.apply import Amplifier, CoilDrive
-from mrfit.settings.forms import number
 
 if TYPE_CHECKING:
+    from mrfit.api.fitting import FitResult
     from mrfit.apply.coil import Coil
     from mrfit.apply.damper import Damper
     from mrfit.apply.motion import Motion
@@ -40,29 +40,31 @@ Reading = Annotated[ingest.Settings, Only(("map",))]
 
 def damper_named(work: Path, name: str) -> "Damper":
     """Return the damper of a fit in a workspace."""
-    from mrfit.api.fitting import FitResult
     from mrfit.api.kept_prediction import trained_on
     from mrfit.apply.damper import damper_of
-    from mrfit.fit.predict import read_fit
     from mrfit.io.workspace import Workspace
 
-    workspace = Workspace(work)
-    fit = read_fit(workspace, name, compare=True)
-    note_outdated(fit.name, fit.outdated)
+    workspace, fit = Workspace(work), fit_named(work, name)
     known = (workspace.fit_folder(name) / "residuals.parquet").is_file() and workspace.segments_file.is_file()
-    return damper_of(FitResult(fit), tested=trained_on(workspace, fit) if known else {})
+    return damper_of(fit, tested=trained_on(workspace, fit.content) if known else {})
 
 
 def coil_named(work: Path, name: str) -> "Coil":
     """Return the coil of a fit in a workspace."""
-    from mrfit.api.fitting import FitResult
     from mrfit.apply.coil import coil_of
+
+    return coil_of(fit_named(work, name))
+
+
+def fit_named(work: Path, name: str) -> "FitResult":
+    """Return a fit in a workspace, and say why it is out of date where it is."""
+    from mrfit.api.fitting import FitResult
     from mrfit.fit.predict import read_fit
     from mrfit.io.workspace import Workspace
 
     fit = read_fit(Workspace(work), name, compare=True)
     note_outdated(fit.name, fit.outdated)
-    return coil_of(FitResult(fit))
+    return FitResult(fit)
 
 
 def note_outdated(fit_name: str, reasons: Iterable[str]) -> None:
@@ -86,10 +88,7 @@ def motions_of(
     if bool(logs) == bool(sine):
         raise ConfigError("give logs whose motion to take, or --sine HZ:M")
     if sine:
-        numbers = [number("--sine", part) for part in sine.split(":")]
-        if len(numbers) not in (2, 3):
-            raise ConfigError(f"--sine takes HZ:M or HZ:M:CYCLES, not '{sine}'")
-        frequency, amplitude, cycles = numbers if len(numbers) == 3 else (*numbers, 4.0)
+        frequency, amplitude, cycles = motion.written_sine(sine, "M")
         return [motion.sine(frequency, amplitude, cycles, dt, damper.output)]
     return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
 
