@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 FLUX_RESISTANCE = "flux_resistance"
 # What every test condition is named by
 NAMING = ("frequency", "amplitude", "current")
+# Share of a stretch without cycles by which a model only settles
+LEAD_IN = 0.1
 
 
 @dataclass(frozen=True, slots=True)

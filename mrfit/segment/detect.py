@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.channels import EXCITATIONS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
-from mrfit.core.recording import Recording, Segment
+from mrfit.core.recording import LEAD_IN, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
 from mrfit.segment.excitation import cycles_of, waveform_of
@@ -15,7 +15,6 @@ from mrfit.segment.stuck import around, stuck_stretches
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.signal.cycles import SteadyCycles, gaps, steady_stretches, turning_points
 from mrfit.signal.long_cycles import stretches_of
-from mrfit.signal.long_segments import LEAD_IN
 from mrfit.signal.noise import noise_level
 from mrfit.signal.thinning import thinned
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core.channels import DRIVING, LEVEL_CHANNELS
-from mrfit.core.recording import Recording, Segment
-from mrfit.signal.long_segments import LEAD_IN
+from mrfit.core.recording import LEAD_IN, Recording, Segment
 from mrfit.signal.noise import LONG_SEGMENT
 from mrfit.signal.stuck import STUCK_KIND, stuck_rows
 

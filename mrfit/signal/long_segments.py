@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.recording import Segment
+from mrfit.core.recording import LEAD_IN, Segment
 from mrfit.signal.noise import LONG_SEGMENT
 from mrfit.signal.smoothing import FITTED_CYCLES
 
 # Samples of a piece; one of slow cycles has as many as a Fourier series takes without its lead-in
 PIECE = 1 << 19
-# Cycles by which the model settles before a piece, and the share of its samples where there are none
-LEAD_CYCLES, LEAD_IN = 2, 0.1
+# Cycles by which the model settles before a piece
+LEAD_CYCLES = 2
 # Pieces of a long segment by which it is judged and from which a fit begins: of those whose cycles are folded, and of
 # others, whose samples are all simulated
 FOLDED_PIECES, OTHER_PIECES = 96, 4

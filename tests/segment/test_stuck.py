@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.core.recording import Finding, Recording, Segment
+from mrfit.core.recording import LEAD_IN, Finding, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.ingest.meaning.faults import fault_findings
 from mrfit.segment.detect import Detection, detect
 from mrfit.segment.stuck import FEWEST_SAMPLES, StuckRows, around, stuck_stretches
-from mrfit.signal.long_segments import LEAD_IN
 from tests.flux.records import recording
 
 DT = 2e-3
