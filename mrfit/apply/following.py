@@ -9,7 +9,7 @@ import numpy as np
 
 from mrfit.apply.solving import ABOVE, BELOW, Inverse, allowed, command, solve
 from mrfit.core.specs import Array
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import borrowing, kernel
 from mrfit.simulate.chain import DamperChain, commit, step, trial_of
 
 
@@ -137,7 +137,7 @@ def tracked(lane: Lane, dt: float, course: Course) -> None:
             course.saturated[n] = 1.0 if flag in (BELOW, ABOVE) else 0.0
 
 
-@kernel
+@borrowing
 def _correction(scheme: Scheme, wish: float, low: float, high: float, dt: float, memory: Array) -> float:
     """Return the PI controller's current, its integral held where the command is at a limit."""
     # more current is more force against the motion: the error is that of the force's size

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.kernels.jit import kernel, part
+from mrfit.kernels.jit import borrowing, kernel, part
 from mrfit.simulate.chain import DamperChain, Trial, inputs, step, trial_of
 
 REACHED, BELOW, ABOVE, BETWEEN = 0.0, -1.0, 1.0, 2.0
@@ -55,7 +55,7 @@ class Inverse(NamedTuple):
     limits: CommandLimits
 
 
-@kernel
+@borrowing
 def value(chain: DamperChain, site: Trial, dt: float, at: float, load: float) -> float:
     """Return the force where the base sees a current, and ``load`` times it; load nan: what it sees of a command.
 
@@ -69,7 +69,7 @@ def value(chain: DamperChain, site: Trial, dt: float, at: float, load: float) ->
     return inputs(chain, site, dt)
 
 
-@kernel
+@borrowing
 def root(chain: DamperChain, site: Trial, dt: float, ends: Ends, target: float, load: float) -> float:
     """Return the place of a target between two ends of ``value``: Newton's steps, else bisection."""
     low, high, f_low, f_high = ends
@@ -217,7 +217,7 @@ def solve(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, desired:
     return field, given, low, high, REACHED if abs(given - desired) <= _EXACT * size else flag
 
 
-@kernel
+@borrowing
 def allowed(inverse: Inverse, before: float, dt: float) -> tuple[float, float]:
     """Return the least and greatest command in A at the end of a step, given the one before."""
     low, high, rate, voltage, resistance, inductance = inverse.limits
@@ -230,7 +230,7 @@ def allowed(inverse: Inverse, before: float, dt: float) -> tuple[float, float]:
     return min(low, high), max(low, high)
 
 
-@kernel
+@borrowing
 def command(chain: DamperChain, inverse: Inverse, site: Trial, dt: float, field: float) -> float:
     """Return the command in A, held over the step, at whose end the base sees a current, or is nearest to it."""
     low, high = allowed(inverse, site.state[chain.places.current], dt)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mrfit.apply.solving import Inverse, command, solve
 from mrfit.core.specs import Array, Index
-from mrfit.kernels.jit import kernel, part
+from mrfit.kernels.jit import borrowing, kernel, part
 from mrfit.simulate.chain import DamperChain, Trial, commit, inputs, step
 
 # Controls, in the order of ``car.CONTROLS``
@@ -21,6 +21,8 @@ ACCELERATION, _LOAD, _TRAVEL, _SPEED, _BODY, _WHEEL, _FORCE, _COMMAND, _FIELD, K
 _BOUND = 1e3
 # Of the adaptive steps: tolerances, and how many there may be in a sample interval
 _TOLERANCE, _MOST_STEPS, _SHORTEST = 1e-6, 30, 0.01
+# Row of ``Way.stages`` at which a trial ends, behind those of seven stages
+_END = 7
 
 
 class QuarterCarNumbers(NamedTuple):
@@ -95,6 +97,8 @@ class Way(NamedTuple):
         Steps that both try.
     now
         Force, field, command, the adaptive step's size in s and the evaluations of the force, (5,).
+    stages
+        Rates at the stages of a step, and heights and velocities at the end of a trial, (8, 4).
     """
 
     y: Array
@@ -102,56 +106,58 @@ class Way(NamedTuple):
     damper: Trial
     coil: Trial
     now: Array
+    stages: Array
 
 
-@kernel
-def _faded(setup: Setup, v: float, force: float) -> float:
+@borrowing
+def _faded(car: QuarterCarNumbers, v: float, force: float) -> float:
     """Return a force less that at rest, faded out about standstill if the damper is soft there."""
-    moved, soft = force - setup.car.rest, setup.car.soft
+    moved, soft = force - car.rest, car.soft
     return moved * -math.expm1(-((v / soft) ** 2)) if soft > 0.0 else moved
 
 
-@kernel
-def _wheel(setup: Setup, y: Array, road: tuple[float, float]) -> tuple[float, float]:
+@borrowing
+def _wheel(car: QuarterCarNumbers, y: Array, road: tuple[float, float]) -> tuple[float, float]:
     """Return height and velocity of the wheel, the road's if it is rigid."""
-    return (y[2], y[3]) if setup.car.unsprung > 0.0 else road
+    return (y[2], y[3]) if car.unsprung > 0.0 else road
 
 
-@kernel
-def _slope(setup: Setup, y: Array, road: tuple[float, float], force: float, rates: Array) -> None:
+@borrowing
+def _slope(car: QuarterCarNumbers, y: Array, road: tuple[float, float], force: float, rates: Array) -> None:
     """Write the rates of heights and velocities under a damper's force."""
-    car, (zu, vu) = setup.car, _wheel(setup, y, road)
-    spring = car.spring * (y[0] - zu) + _faded(setup, y[1] - vu, force)
+    zu, vu = _wheel(car, y, road)
+    spring = car.spring * (y[0] - zu) + _faded(car, y[1] - vu, force)
     rates[0], rates[1], rates[2], rates[3] = y[1], -spring / car.sprung, 0.0, 0.0
     if car.unsprung > 0.0:
         tyre = car.tyre * (zu - road[0]) + car.tyre_damping * (vu - road[1])
         rates[2], rates[3] = vu, (spring - tyre) / car.unsprung
 
 
-@kernel
+@borrowing
 def _channels(setup: Setup, way: Way, y: Array, road: tuple[float, float], a: float) -> None:
     """Write the damper's channels."""
-    given, (zu, vu) = way.damper.given, _wheel(setup, y, road)
-    given[:] = setup.usual
+    given, (zu, vu) = way.damper.given, _wheel(setup.car, y, road)
+    for c in range(len(given)):
+        given[c] = setup.usual[c]
     given[setup.chain.places.current] = way.now[2]
     for k in range(3):
         if setup.motion[k] >= 0:
             given[setup.motion[k]] = (y[0] - zu, y[1] - vu, a)[k]
 
 
-@kernel
+@borrowing
 def _keep(setup: Setup, way: Way, at: int, y: Array, rates: Array, made: tuple[float, float]) -> None:
     """Keep a sample of the course, of a force and a field."""
     course, road = setup.course, (setup.road[0, at], setup.road[1, at])
-    zu, vu = _wheel(setup, y, road)
+    zu, vu = _wheel(setup.car, y, road)
     course[ACCELERATION, at] = rates[1]
     course[_LOAD, at] = setup.car.tyre * (zu - road[0]) if setup.car.unsprung > 0.0 else 0.0
     course[_TRAVEL, at], course[_SPEED, at], course[_BODY, at], course[_WHEEL, at] = y[0] - zu, y[1] - vu, y[1], vu
-    course[_FORCE, at] = setup.car.rest + _faded(setup, y[1] - vu, made[0]) if setup.car.soft > 0.0 else made[0]
+    course[_FORCE, at] = setup.car.rest + _faded(setup.car, y[1] - vu, made[0]) if setup.car.soft > 0.0 else made[0]
     course[_COMMAND, at], course[_FIELD, at] = way.now[2], made[1]
 
 
-@kernel
+@borrowing
 def wanted(control: ControlNumbers, v: float, body: float, wheel: float) -> float:
     """Return the force in N that a control wants, 0 where the damper would have to push."""
     sky = control.damping * body if body * v > 0.0 else 0.0
@@ -165,7 +171,7 @@ def wanted(control: ControlNumbers, v: float, body: float, wheel: float) -> floa
 def _chosen(setup: Setup, way: Way, road: tuple[float, float]) -> None:
     """Choose the command of a sample."""
     control, y, sample = setup.control, way.y, setup.control.sample
-    _, vu = _wheel(setup, y, road)
+    _, vu = _wheel(setup.car, y, road)
     v, body = y[1] - vu, y[1]
     if control.name == _ON_OFF:
         way.now[2] = control.high if body * v >= 0.0 else control.low
@@ -185,48 +191,61 @@ def _chosen(setup: Setup, way: Way, road: tuple[float, float]) -> None:
         commit(setup.coil, way.coil, sample)
 
 
-@kernel
+@borrowing
 def _record(setup: Setup, way: Way, k: int) -> None:
     at = 2 * k * setup.control.steps
     road = (setup.road[0, at], setup.road[1, at])
-    _slope(setup, way.y, road, way.now[0], way.rates)
+    _slope(setup.car, way.y, road, way.now[0], way.rates)
     _chosen(setup, way, road)
     _keep(setup, way, at, way.y, way.rates, (way.now[0], way.now[1]))
 
 
-@kernel
+@borrowing
 def _trial(
-    setup: Setup, way: Way, y: Array, road: tuple[float, float], before: Array, dt: float
-) -> tuple[Array, tuple[float, float]]:
-    """Return the slope at a step's end in y, and force and field there; the damper's state is left to commit."""
+    setup: Setup, way: Way, road: tuple[float, float], before: Array, dt: float, rates: Array
+) -> tuple[float, float]:
+    """Write the slope at a step's end; return force and field there, the damper's state left to commit."""
+    y = way.stages[_END]
     # the acceleration that a model branches by is the last stage's: its own follows from the force sought
     _channels(setup, way, y, road, before[1] - before[3])
     force, _, field = step(setup.chain, way.damper, dt, np.nan)
-    rates = np.empty(4)
-    _slope(setup, y, road, force, rates)
-    return rates, (force, field)
+    _slope(setup.car, y, road, force, rates)
+    return force, field
 
 
-@part
+@borrowing
+def _move_end(way: Way, h: float, rates: Array) -> None:
+    """Put a trial's end h s ahead along a slope."""
+    for i in range(4):
+        way.stages[_END, i] = way.y[i] + h * rates[i]
+
+
+@borrowing
 def _advance(setup: Setup, way: Way, k: int) -> None:
     """Go on to the next sample by steps of the classic Runge-Kutta method."""
     steps = setup.control.steps
-    h, one = setup.control.sample / steps, way.rates.copy()
+    h, stages = setup.control.sample / steps, way.stages
+    one, two, three, four = stages[0], stages[1], stages[2], stages[3]
+    for i in range(4):
+        one[i] = way.rates[i]
     for j in range(steps):
         at = 2 * (k * steps + j)
         middle, end = (setup.road[0, at + 1], setup.road[1, at + 1]), (setup.road[0, at + 2], setup.road[1, at + 2])
         if j > 0:
-            _slope(setup, way.y, (setup.road[0, at], setup.road[1, at]), way.now[0], one)
+            _slope(setup.car, way.y, (setup.road[0, at], setup.road[1, at]), way.now[0], one)
             _keep(setup, way, at, way.y, one, (way.now[0], way.now[1]))
-        inside = way.y + 0.5 * h * one
-        two, made = _trial(setup, way, inside, middle, one, 0.5 * h)
+        _move_end(way, 0.5 * h, one)
+        made = _trial(setup, way, middle, one, 0.5 * h, two)
         # of the two stages there the first, which shows a force that flips from one to the next
-        _keep(setup, way, at + 1, inside, two, made)
-        three, _ = _trial(setup, way, way.y + 0.5 * h * two, middle, two, 0.5 * h)
-        four, _ = _trial(setup, way, way.y + h * three, end, three, h)
-        way.y[:] = way.y + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-        one, made = _trial(setup, way, way.y, end, four, h)
-        way.now[0], way.now[1] = made
+        _keep(setup, way, at + 1, way.stages[_END], two, made)
+        _move_end(way, 0.5 * h, two)
+        _trial(setup, way, middle, two, 0.5 * h, three)
+        _move_end(way, h, three)
+        _trial(setup, way, end, three, h, four)
+        for i in range(4):
+            way.y[i] = way.y[i] + h / 6.0 * (one[i] + 2.0 * two[i] + 2.0 * three[i] + four[i])
+        _move_end(way, 0.0, four)
+        way.now[0], way.now[1] = _trial(setup, way, end, four, h, one)
         commit(setup.chain, way.damper, h)
 
 
@@ -237,7 +256,7 @@ def begun(setup: Setup, current: float) -> Way:
     after, given, work_room = np.empty(room), setup.usual.copy(), np.empty(max(work, setup.coil.places.work))
     damper = Trial(np.zeros(setup.chain.places.whole), given, after, work_room)
     coil = Trial(np.zeros(setup.coil.places.whole), given, after, work_room)
-    way = Way(np.zeros(4), np.zeros(4), damper, coil, np.zeros(5))
+    way = Way(np.zeros(4), np.zeros(4), damper, coil, np.zeros(5), np.zeros((_END + 1, 4)))
     way.now[2], way.now[3] = current, setup.control.sample
     _channels(setup, way, way.y, (0.0, 0.0), 0.0)
     way.now[0], _, way.now[1] = step(setup.chain, way.damper, -1.0, np.nan)
@@ -247,19 +266,20 @@ def begun(setup: Setup, current: float) -> Way:
     return way
 
 
-@kernel
+@borrowing
 def driven(setup: Setup, way: Way, first: int, last: int, samples: int) -> int:
     """Simulate samples ``first`` to ``last``; return the sample at which the car left all bounds, -1 if it did not."""
     for k in range(first, last):
         _record(setup, way, k)
         if k + 1 < samples:
             _advance(setup, way, k)
-            if not np.abs(way.y).max() <= _BOUND:
-                return k
+            for i in range(4):
+                if not abs(way.y[i]) <= _BOUND:
+                    return k
     return -1
 
 
-@kernel
+@borrowing
 def _road_at(road: Array, spacing: float, t: float) -> tuple[float, float]:
     """Return height and rate at a time, by the cubics between points of the road."""
     n = min(max(int(t / spacing), 0), road.shape[1] - 2)
@@ -275,7 +295,7 @@ def _adapted(setup: Setup, way: Way, k: int) -> bool:
     sample = setup.control.sample
     spacing = 0.5 * sample / setup.control.steps
     start, done, size = k * sample, 0.0, min(way.now[3], sample)
-    stages, y1, fixed, made = np.empty((7, 4)), np.empty(4), way.rates.copy(), (0.0, 0.0)
+    stages, y1, fixed, made = way.stages, way.stages[_END], way.rates.copy(), (0.0, 0.0)
     stages[0] = way.rates
     scales = np.array([1e-7, 1e-6, 1e-7, 1e-6])
     for _ in range(_MOST_STEPS):
@@ -286,7 +306,7 @@ def _adapted(setup: Setup, way: Way, k: int) -> bool:
                 for j in range(s):
                     y1 += h * _TABLEAU[s, j] * stages[j]
                 dt = _TABLEAU[s, 6] * h
-                stages[s], made = _trial(setup, way, y1, _road_at(setup.road, spacing, start + done + dt), fixed, dt)
+                made = _trial(setup, way, _road_at(setup.road, spacing, start + done + dt), fixed, dt, stages[s])
             way.now[4] += 6.0
             error = 0.0
             for i in range(4):

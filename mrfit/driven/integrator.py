@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, Index
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import borrowing, kernel
 from mrfit.simulate.chain import DamperChain, Trial, commit, step, trial_of
 
 HALVINGS = 5
@@ -65,7 +65,7 @@ class MovingMass(NamedTuple):
     mass: float
 
 
-@kernel
+@borrowing
 def _force(body: MovingMass, trial: Trial, moved: tuple[float, float, float], dt: float) -> float:
     """Return the law's force where a step of dt s ends in a motion."""
     for k in range(3):
@@ -74,7 +74,7 @@ def _force(body: MovingMass, trial: Trial, moved: tuple[float, float, float], dt
     return step(body.chain, trial, dt, np.nan)[0]
 
 
-@kernel
+@borrowing
 def _write_channels(others: Array, place: float, given: Array) -> None:
     """Write the channels that do not move with the mass, linear between samples."""
     if len(others) > 1:
@@ -83,7 +83,7 @@ def _write_channels(others: Array, place: float, given: Array) -> None:
             given[c] = others[n, c] + (place - n) * (others[n + 1, c] - others[n, c])
 
 
-@kernel
+@borrowing
 def _turning(begun: tuple[float, float], end: tuple[float, float, float], h: float) -> tuple[float, float]:
     """Return the displacement at which the speed turns within h s, by a cubic, and the share of h until then, or 0."""
     (x, v), (x_end, v_end, _) = begun, end
@@ -98,7 +98,7 @@ def _turning(begun: tuple[float, float], end: tuple[float, float, float], h: flo
     return x + s * (h * v + s * (bend + s * slope)), s
 
 
-@kernel
+@borrowing
 def _take(chain: DamperChain, trial: Trial, dt: float, to: Trial) -> None:
     """Write the state behind a step as that from which another begins."""
     for k in range(chain.places.small, chain.places.whole):
@@ -167,7 +167,7 @@ def _step(  # fmt: skip
     return x_end, v_end, a_half, a_end, force, settled
 
 
-@kernel
+@borrowing
 def _stuck(body: MovingMass, trial: Trial, begun: tuple[float, float], h: float, push: float) -> float:
     """Return the speed at the end of a step at which mass times its change over h is what push leaves of the force."""
     x, v = begun

@@ -160,12 +160,13 @@ def is_cold() -> bool:
     return next(Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi"), None) is None
 
 
-def kernel(function: F, kept: bool = True) -> F:
+def kernel(function: F, kept: bool = True, counted: bool = True) -> F:
     """Compile a function of arrays and floats: cached, without the GIL, division by zero as in IEEE 754.
 
     What is not mrfit's own is not ``kept`` on disk: the folder's key does not know its source.
     """
-    compiled: Any = numba.njit(cache=kept, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    options: Any = {"cache": kept, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": counted}
+    compiled: Any = numba.njit(**options)(function)
     own_compile, own_template = compiled.compile, compiled.get_call_template
     path = Path(os.environ["NUMBA_CACHE_DIR"]) / f"{function.__module__}.{function.__name__}.lock"
     # a lock is of the process that made it: one that a fork inherits refuses to be taken
@@ -190,6 +191,14 @@ def kernel(function: F, kept: bool = True) -> F:
 
     compiled.compile, compiled.get_call_template = compile_once, template_of
     return cast(F, compiled)
+
+
+def borrowing(function: F) -> F:
+    """Compile a kernel that makes and returns no arrays: references to those it is given are not counted.
+
+    Of a short one, counting takes most of its time.
+    """
+    return kernel(function, counted=False)
 
 
 def inlined(function: F) -> F:

@@ -8,12 +8,12 @@ as it holds: they do not change a result.
 
 from typing import Any
 
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import borrowing
 
 RESERVED = 4
 
 
-@kernel
+@borrowing
 def begun(past: Any, places: int, signals: int, own: int) -> None:
     """Begin a past without samples."""
     past[0], past[1], past[2], past[3] = 0.0, places, signals, own
@@ -21,7 +21,7 @@ def begun(past: Any, places: int, signals: int, own: int) -> None:
         past[RESERVED + k] = -1.0
 
 
-@kernel
+@borrowing
 def pushed(past: Any, signals: Any, dt: float, least: float = 0.0) -> None:
     """Add the first signals of a tuple as a sample dt s after the newest.
 
@@ -38,7 +38,7 @@ def pushed(past: Any, signals: Any, dt: float, least: float = 0.0) -> None:
         past[newest + 1 + k] = signals[k]
 
 
-@kernel
+@borrowing
 def _place(past: Any, back: int) -> int:
     """Return the place of the sample so many steps back, 1 the newest; the oldest known where there is none."""
     count, places = int(past[0]), int(past[1])
@@ -46,20 +46,20 @@ def _place(past: Any, back: int) -> int:
     return RESERVED + int(past[3]) + (max(count - back, oldest) % places) * (int(past[2]) + 1)
 
 
-@kernel
+@borrowing
 def kept(past: Any, k: int, back: int) -> float:
     """Return signal k of the sample so many steps back, 1 that of a step's beginning; before the first, the first."""
     found: float = past[_place(past, back) + 1 + k]
     return found
 
 
-@kernel
+@borrowing
 def age_of(past: Any, back: int, dt: float) -> float:
     """Return the age at the end of a step of dt s of a sample so many steps back, 0 that end itself."""
     return past[_place(past, 1)] - past[_place(past, back)] + dt if back > 0 else 0.0
 
 
-@kernel
+@borrowing
 def place(past: Any, age: float, dt: float) -> tuple[int, float]:
     """Return between which samples, back and back - 1, a time lies ``age`` s before a step's end, and its share there.
 
@@ -80,7 +80,7 @@ def place(past: Any, age: float, dt: float) -> tuple[int, float]:
     return back, (older - age) / (older - newer)
 
 
-@kernel
+@borrowing
 def late(past: Any, k: int, age: float, dt: float, now: float) -> float:
     """Return signal k, ``now`` at a step's end, so many s before, linear between samples; at most its first value."""
     if age <= 0.0:
@@ -91,7 +91,7 @@ def late(past: Any, k: int, age: float, dt: float, now: float) -> float:
     return older + share * (newer - older)
 
 
-@kernel
+@borrowing
 def smooth_late(past: Any, k: int, age: float, dt: float, now: float) -> float:
     """Return the same of a smooth signal: on the cubic through two samples on either side, or through the last four."""
     known = int(min(past[0], past[1]))

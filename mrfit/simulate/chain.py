@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.kernels.jit import call, kernel, part
+from mrfit.kernels.jit import borrowing, call, kernel, part
 from mrfit.kernels.past import begun, late, pushed, smooth_late
 
 # Kinds of elements: one with MIDDLE runs between steps too, for an effect behind it; a TERM is added behind H(s)
@@ -107,7 +107,7 @@ def trial_of(chain: DamperChain, state: Array, given: Array) -> Trial:
     return Trial(state, given, np.empty(chain.places.whole), np.empty(chain.places.work))
 
 
-@kernel
+@borrowing
 def _gather(chain: DamperChain, e: int, seen: Array, signal: float, work: Array, to: int) -> None:
     """Write an element's inputs: channels, and the signal it acts on for a wire below 0."""
     first = chain.elements[e].wire
@@ -129,7 +129,7 @@ def _polynomial(chain: DamperChain, piece: int, first: int, current: float) -> f
     return total
 
 
-@kernel
+@borrowing
 def parameters(chain: DamperChain, seen: Array, found: Array, work: Array) -> None:
     """Write the base's parameters where it sees channels."""
     count = chain.places.params
@@ -159,7 +159,7 @@ def parameters(chain: DamperChain, seen: Array, found: Array, work: Array) -> No
                     found[k] *= work[WIRED + factor]
 
 
-@kernel
+@borrowing
 def _run(chain: DamperChain, e: int, trial: Trial, ends: Array, signals: tuple[float, float], dt: float) -> float:
     """Let an element but the base take a step between both rows of ``ends``, and from one signal to another."""
     element, work = chain.elements[e], trial.work
@@ -173,7 +173,7 @@ def _run(chain: DamperChain, e: int, trial: Trial, ends: Array, signals: tuple[f
     return found
 
 
-@kernel
+@borrowing
 def _begin(chain: DamperChain, e: int, state: Array) -> None:
     """Begin what an element reads late with what it remembers at rest."""
     element = chain.elements[e]
@@ -184,7 +184,7 @@ def _begin(chain: DamperChain, e: int, state: Array) -> None:
         pushed(past, state[element.state :], 0.0)
 
 
-@kernel
+@borrowing
 def _started(chain: DamperChain, e: int, trial: Trial, ends: Array, signal: float, dt: float) -> float:
     """Let an element take a step under one signal; put it to rest first where dt is below 0."""
     if dt >= 0.0:
@@ -209,7 +209,7 @@ def _at_start(chain: DamperChain, block: int, trial: Trial, ends: Array, theta: 
         parameters(chain, ends, trial.work[theta:], trial.work)
 
 
-@kernel
+@borrowing
 def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float) -> float:
     """Return the output of base and added terms at the end of a step, or in the middle between steps."""
     places, count, number = chain.places, chain.places.channels, chain.places.params
@@ -243,7 +243,7 @@ def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float)
     return value
 
 
-@kernel
+@borrowing
 def inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
     """Make channels at both ends of a step behind effects of the slot ``input``; return the current at its end.
 
@@ -288,7 +288,7 @@ def _moved(chain: DamperChain, trial: Trial, ends: Array, dt: float) -> None:
             ends[c] = trial.state[block + c]
 
 
-@kernel
+@borrowing
 def step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
     """Take a step of dt s to channels; ``field`` is the current in A that the base is to see, or nan.
 
@@ -340,7 +340,7 @@ def step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[flo
     return force, inner, seen
 
 
-@kernel
+@borrowing
 def commit(chain: DamperChain, trial: Trial, dt: float) -> None:
     """Go on from the end of a step, or begin at rest where dt is below 0."""
     state = trial.state

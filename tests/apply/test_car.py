@@ -183,6 +183,10 @@ def test_roads_have_their_shape_and_their_roughness() -> None:
         assert z == 0.0 and rate == 0.0
     assert np.array_equal(RandomRoad("B", seed=1).height(t[:9]), RandomRoad("B", seed=1).height(t[:9]))
     assert not np.array_equal(RandomRoad("B", seed=1).height(t[:9]), RandomRoad("B", seed=2).height(t[:9]))
+    # even times go another way than others
+    even = np.arange(2001) * 2.5e-4
+    for seen, alone in zip(RandomRoad("C").height(even), RandomRoad("C").height(even[::-1]), strict=True):
+        np.testing.assert_allclose(seen, alone[::-1], rtol=0.0, atol=1e-12 * np.max(np.abs(alone)))
     with pytest.raises(ConfigError, match="--road takes bump"):
         road("moon")
 
