@@ -13,6 +13,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.evidence.gather import SimulatedEvidence, gather
+from mrfit.discover.evidence.plain_fit import with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import Floors, worth_examining
@@ -121,12 +122,17 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         if by_law_of_current(settings.model):
             judged, moved = with_their_currents_trained(segments)
         tests = Dataset(judged, load_recordings(workspace, judged))
+        logged = replace(tests, segments=segments)
         if settings.driven_by != "none":
             tests = tests_of_law(tests, settings.driven_by, settings.mass)
         told = _discovered(_Job(workspace, settings, tests, asked, progress))
         told = replace(told, found=of_driven(told.found, settings))
         advice = (*told.found.advice, moved) if moved else told.found.advice
         told = replace(told, found=told.found.model_copy(update={"advice": advice}))
+        if settings.driven_by == "none":  # the law's error is another than that of a driven motion
+            progress("errors of plain fits", 0, 1)
+            told = replace(told, found=with_plain_errors(told.found, workspace, settings, logged))
+            progress("errors of plain fits", 1, 1)
     own = {k: v for k, v in asdict(given).items() if k != "jobs"}
     made = {"code": code_version("discover"), "segments_sha256": segments_digest(rows), "settings": own}
     found = told.found.model_copy(update=made)
@@ -291,7 +297,7 @@ def _discovered(job: _Job) -> DiscoveryOutput:
         job.progress("law and invariances", 0, 1)
         own = replace(job.settings, current_order="auto", start=())
         beside = beside_open_law(
-            gathering, chosen, told, lambda law: usual_dependence(replace(own, model=law), job.data), STANDARD
+            gathering, chosen, told, lambda law: usual_dependence(replace(own, model=law), job.data), floors, STANDARD
         )
         job.progress("law and invariances", 1, 1)
         told, after = _with_another_base(job, beside.found), beside.after

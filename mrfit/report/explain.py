@@ -56,7 +56,7 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
     if found.verdict == "insufficient-data":
         return [_sentence(text) for text in found.advice] + drift
     said = list(beside) if found.held else [_sentence(text) for text in found.where_text[:1]]
-    said.append(_gap(found))
+    said += [_gap(found), *_plain(found)]
     rest = found.unexplained
     if found.effects and not found.held and _left_open(found):
         place = "; ".join(rest.text[:2])
@@ -142,6 +142,17 @@ def _gap(found: DiscoveryFile) -> str:
         f"On held-out conditions the error falls from {percent(gap.before)} to {percent(gap.after)} of the range"
         f"{stand_in}; {floor}{closed}."
     )
+
+
+def _plain(found: DiscoveryFile) -> list[str]:
+    """Return the plain errors of both models, nothing of a discovery without them."""
+    gap = found.gap
+    if gap.plain_before is None:
+        return []
+    changed = found.augmented_model != found.base_model and gap.plain_after is not None
+    fits = f"{found.base_model} leaves {percent(gap.plain_before)}"
+    fits += f", {found.augmented_model} {percent(gap.plain_after)}" * changed
+    return [f"Plain errors, of fits with `--per all` that weigh every sample alike: held out, {fits}."]
 
 
 def closed_share(share: float) -> str:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from mrfit.discover.evidence.clusters import clustered
-from mrfit.fit.diagnostics.uncertainty import analyse
+from mrfit.discover.evidence.clusters import clustered, score
+from mrfit.discover.policy import STANDARD
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse
 
 CONDITIONS, SAMPLES = 9, 400
 
@@ -42,3 +43,31 @@ def test_two_conditions_tell_no_scatter() -> None:
     jacobians, residuals = [rng.standard_normal((50, 1)) for _ in range(2)], [rng.standard_normal(50) for _ in range(2)]
     within = analyse(jacobians, residuals)
     assert clustered(within, jacobians, residuals, ["a", "b"]) is within
+
+
+def one_slope(rng: np.random.Generator, conditions: int, slope: float, scatter: float) -> tuple[float, Uncertainty]:
+    """Return a slope that is the same in all conditions but for their scatter, and its uncertainty."""
+    x = [rng.standard_normal(60) for _ in range(conditions)]
+    y = [(slope + scatter * rng.standard_normal()) * c + 0.05 * rng.standard_normal(60) for c in x]
+    jacobians = [c[:, None] for c in x]
+    found = float(np.linalg.lstsq(np.vstack(jacobians), np.concatenate(y), rcond=None)[0][0])
+    residuals = [found * c - d for c, d in zip(x, y, strict=True)]
+    within = analyse(jacobians, residuals)
+    return found, clustered(within, jacobians, residuals, [f"c{k}" for k in range(conditions)])
+
+
+def test_the_scatter_of_six_conditions_makes_no_effect_clear_by_chance() -> None:
+    rng = np.random.default_rng(6)
+    nulls = [one_slope(rng, 6, 0.0, 0.3) for _ in range(3000)]
+    by_interval = [STANDARD.half_width * abs(found) / own.half_width(np.ones(1)) for found, own in nulls]
+    by_conditions = [score(own, 0, found, 1) for found, own in nulls]
+    assert sum(z > STANDARD.clear for z in by_interval) >= 5
+    assert sum(z > STANDARD.clear for z in by_conditions) <= 1
+    assert sum(z > STANDARD.clear_of_half for z in by_conditions) <= 15
+
+
+def test_an_effect_that_six_conditions_agree_on_is_clear_and_the_more_numbers_they_tell_the_less() -> None:
+    rng = np.random.default_rng(7)
+    found, own = one_slope(rng, 6, 0.5, 0.01)
+    scores = [score(own, 0, found, numbers) for numbers in (1, 2, 3)]
+    assert scores[0] > STANDARD.clear and scores == sorted(scores, reverse=True)

@@ -66,6 +66,18 @@ def test_a_name_with_partners_is_a_set() -> None:
     assert found.law_is_open
 
 
+def test_a_base_with_effects_that_close_the_gap_is_believed_though_the_best_law_leaves_less() -> None:
+    less = LawFindings(errors=LawErrors(0.2, 0.02, 0.02, 0.01, exact=0.04, open=0.02))
+    for left, believed in ((1.9, True), (4.0, False)):
+        chosen = exact("named", "a", left=left)
+        found = combine(chosen, less, STANDARD, leaves_noise(chosen, 1.0, STANDARD), told=True)
+        assert (found.verdict == "named", found.taken_back) == (believed, not believed)
+    for fitted, believed in ((1.1, True), (1.5, False)):
+        half = replace(exact("named", "a"), base=replace(BASE, train=2.5), final=fit(1.9, "a", train=fitted))
+        assert combine(half, less, STANDARD, True, True).taken_back is not believed
+    assert combine(exact("named", "a", left=1.9), less, STANDARD, True, Floors(1.0, False).told).taken_back
+
+
 def test_what_breaks_the_same_invariance_beside_an_effect_makes_it_a_shadow() -> None:
     for kept, invariance, believed in (
         (0.8, Invariance.POSITION, False),

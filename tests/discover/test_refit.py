@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrfit.core import registry
-from mrfit.discover.evidence.refit import Refit, paired_z
+from mrfit.discover.evidence.refit import Refit, paired_z, usual
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.questions import Fit, LibraryEffect
 from mrfit.discover.selection.rules import limits
@@ -68,3 +68,15 @@ def test_chance_falls_are_rarely_clear() -> None:
         before, after = (np.convolve(rng.standard_normal(1100), np.ones(20), "valid") for _ in range(2))
         scores.append(paired_z([before], [after]))
     assert np.mean(np.abs(scores) > 1.96) < 0.12
+
+
+def test_one_sample_on_the_wrong_side_of_a_jump_is_no_error_of_a_record_and_what_lasts_is() -> None:
+    rng = np.random.default_rng(9)
+    noise = [rng.standard_normal(800), rng.standard_normal(900)]
+    plain = usual(noise)
+    assert plain == pytest.approx(1.0, abs=0.05)
+    noise[1][400] = 74.0
+    assert usual(noise) == pytest.approx(plain, rel=0.01)
+    assert np.sqrt(np.mean(np.concatenate(noise) ** 2)) > 2.0
+    noise[1][300:320] += 20.0  # an end of the stroke that is met twice
+    assert usual(noise) > 1.8

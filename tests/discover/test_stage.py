@@ -18,10 +18,12 @@ from mrfit.discover.policy import STANDARD
 from mrfit.discover.stage import Currents, Settings, _fitter, run
 from mrfit.discover.writing.result import DiscoveryRequest
 from mrfit.errors import ConfigError, DataError
+from mrfit.fit import stage as fit_stage
 from mrfit.fit.select import load_recordings
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, plain, write_json
+from mrfit.report.explain import sentences
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
@@ -44,6 +46,17 @@ def test_a_hidden_mass_is_named_measured_and_closes_the_gap(tmp_path: Path) -> N
     assert mass.high - mass.low < 1.0
     assert found.gap.closed > 0.9
     assert effect.holdout_nrmse_after < effect.holdout_nrmse_before
+
+
+def test_plain_errors_are_those_that_fits_of_the_same_models_state(tmp_path: Path) -> None:
+    study = workspace(tmp_path, mass=12.0)
+    found = run(study, Settings("tanh")).found
+    for model, error in (("tanh", found.gap.plain_before), (found.augmented_model, found.gap.plain_after)):
+        fitted = fit_stage.run(study, fit_stage.Settings(model, per="all"))
+        (stated,) = (m.nrmse for m in fitted.metrics if (m.role, m.condition) == ("holdout", "all"))
+        assert error == stated
+    assert found.gap.plain_after < 0.5 * found.gap.plain_before
+    assert "Plain errors" in " ".join(sentences(found))
 
 
 def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:

@@ -1,14 +1,30 @@
 """Intervals that know that the model is not quite right: how far apart the conditions pull its parameters."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit
 
 from mrfit.core.specs import Array
 from mrfit.discover.policy import STANDARD
-from mrfit.fit.diagnostics.uncertainty import Uncertainty, excess
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, excess, normal_score
+
+
+@dataclass(frozen=True)
+class ClusteredUncertainty(Uncertainty):
+    """Uncertainty no smaller than the scatter between conditions demands.
+
+    Attributes
+    ----------
+    between
+        Covariance that this scatter alone tells (F, F).
+    conditions
+        Number of conditions.
+    """
+
+    between: Array
+    conditions: int
 
 
 def clustered(
@@ -43,8 +59,37 @@ def clustered(
     # records of different conditions err independently, however smooth the residual of each is
     degrees = max(within.degrees, len(names) - 1.0)
     ratio = stdtrit(len(names) - 1, STANDARD.quantile) / stdtrit(degrees, STANDARD.quantile)
-    between = ratio**2 * (basis @ (scores.T @ scores) @ basis.T)
-    return replace(within, covariance=within.covariance + excess(between, within.covariance), degrees=degrees)
+    between = basis @ (scores.T @ scores) @ basis.T
+    wider = within.covariance + excess(ratio**2 * between, within.covariance)
+    own = {**vars(within), "covariance": wider, "degrees": degrees}
+    return ClusteredUncertainty(**own, between=between, conditions=len(names))
+
+
+def score(found: Uncertainty, place: int, distance: float, numbers: int) -> float:
+    """Return the distance of a parameter from neutral as a standard normal score.
+
+    Beside the score by the interval stands that by the scatter between conditions alone, whose Student's t has as many
+    degrees of freedom as conditions, less the numbers that they tell. The smaller one counts.
+
+    Parameters
+    ----------
+    found
+        Uncertainty of the free parameters in the cube.
+    place
+        Place of the parameter among them.
+    distance
+        Its distance from neutral in the cube.
+    numbers
+        Numbers that the conditions tell together: the strengths of the effect.
+    """
+    width = found.bounded_half_width(np.eye(len(found.open))[place])
+    if not width > 0.0:
+        return 0.0
+    own = float(STANDARD.half_width * abs(distance) / width)
+    if not isinstance(found, ClusteredUncertainty) or not found.between[place, place] > 0.0:
+        return own
+    scattered = abs(distance) / float(np.sqrt(found.between[place, place]))
+    return min(own, normal_score(scattered, found.conditions - numbers))
 
 
 def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array], members: Sequence[bool]) -> Array:

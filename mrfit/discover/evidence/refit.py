@@ -12,7 +12,7 @@ from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.evidence.bench import Bench
-from mrfit.discover.evidence.clusters import clustered
+from mrfit.discover.evidence.clusters import clustered, score
 from mrfit.discover.policy import STANDARD
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
@@ -77,23 +77,18 @@ class Refit:
         return dict(zip((p.name for p in self.cube.params), self.theta.tolist(), strict=True))
 
     def chi(self, role: str) -> float:
-        """Return the RMS error of a role in multiples of the noise floor: 1 where only noise is left."""
-        errors = self.train if role == "train" else self.holdout
-        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+        """Return the RMS error of a role in multiples of the noise floor, 1 where only noise is left; see ``usual``."""
+        return usual(self.train if role == "train" else self.holdout)
 
     def strength(self, effect: str) -> float:
         """Return the distance of an effect from neutral, in standard errors, by the clearest of its parameters."""
-        neutral = self.cube.to_points(self.neutral_theta(effect))[0]
-        return max(self._strength(at, neutral[at]) for at in self._moving(effect))
+        distances = self.distances(effect)
+        return max(score(self.uncertainty, at, distance, len(distances)) for at, distance in distances.items())
 
     def distances(self, effect: str) -> dict[int, float]:
         """Return the distance from neutral in the cube of an effect's strengths, by their places in the point."""
         neutral = self.cube.to_points(self.neutral_theta(effect))[0]
         return {at: float(self.point[at] - neutral[at]) for at in self._moving(effect)}
-
-    def _strength(self, at: int, neutral: float) -> float:
-        width = self.uncertainty.bounded_half_width(np.eye(len(self.point))[at])
-        return float(STANDARD.half_width * abs(self.point[at] - neutral) / width) if width > 0.0 else 0.0
 
     def _moving(self, effect: str) -> list[int]:
         """Return the places among the free parameters of those that are the effect, not its shape."""
@@ -314,6 +309,17 @@ class Fitter:
         stretches = self.bench.of_role("train")
         within = analyse(parts, train, [s.block.period if s.repeats else 0.0 for s in stretches])
         return clustered(within, parts, train, [s.segment.condition for s in stretches])
+
+
+def usual(errors: Sequence[Array]) -> float:
+    """Return the RMS of errors, (N_s,) each, without the largest few of them.
+
+    A force that jumps where the velocity turns errs by twice its yield force in a sample whose side the motion's own
+    error decides. One such sample may outweigh a record, and any effect that moves it seems to take all of that.
+    """
+    squares = np.concatenate(errors) ** 2
+    kept = len(squares) - int(STANDARD.odd_samples * len(squares))
+    return float(np.sqrt(np.mean(np.partition(squares, kept - 1)[:kept])))
 
 
 def _params(effect: str) -> tuple[Param, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from mrfit.core.channels import REMEMBERED, STATE_CHANNELS
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, Stretch
-from mrfit.discover.evidence.refit import Refit
+from mrfit.discover.evidence.refit import Refit, usual
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.questions import Contrast
 from mrfit.fit.diagnostics.uncertainty import differing
@@ -86,7 +86,7 @@ def repeated_error(bench: Bench, fit: Refit) -> float:
     errors = []
     for role, found in (("train", fit.train), ("holdout", fit.holdout)):
         known = [e for e, s in zip(found, bench.of_role(role), strict=True) if s.repeats]
-        errors.append(float(np.sqrt(np.mean(np.concatenate(known) ** 2))) if known else 0.0)
+        errors.append(usual(known) if known else 0.0)
     return max(errors)
 
 

@@ -12,6 +12,7 @@ from mrfit.discover.invariance.screening import contribution, early, level_of
 from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.law_rules import FULL, TIME, TRAVEL, EffectDescription, RefinedEffect
+from mrfit.fit.diagnostics.uncertainty import normal_score
 from mrfit.io.schemas.discovery import EffectParameter, EffectSignificance
 
 TINY = 1e-300
@@ -135,7 +136,7 @@ def _standing(
         kept=kept,
         held=typical_gain(before, held),
         size=max(float(np.max(np.abs(c))) for c in columns),
-        z=abs(best) / max(float(np.hypot(error, spread)), TINY),
+        z=normal_score(abs(best) / max(float(np.hypot(error, spread)), TINY), len(beside.grams) - 1),
         left=float(own.sum() / max(beside.total[at[0], at[0]], TINY)),
         improved=float(np.mean(held < before)),
     )

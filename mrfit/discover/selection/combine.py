@@ -88,6 +88,11 @@ class Floors:
     measured: bool
     in_line: bool = False
 
+    @property
+    def told(self) -> bool:
+        """Whether no floor can hold the error of a law."""
+        return self.measured or self.in_line
+
 
 def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     """Return whether the law of a base may be off, by what its effects leave.
@@ -122,7 +127,9 @@ def leaves_noise(chosen: Selection, noise: float, policy: Policy) -> bool:
     return chosen.verdict in ("named", "ambiguous") and not _leaves_much(chosen, noise, policy)
 
 
-def combine(chosen: Selection, examined: LawFindings | None, policy: Policy, noisy: bool = False) -> CombinedResult:
+def combine(
+    chosen: Selection, examined: LawFindings | None, policy: Policy, noisy: bool = False, told: bool = False
+) -> CombinedResult:
     """Return the result of both ways; without an examination, that of the base taken as exact.
 
     Parameters
@@ -135,12 +142,14 @@ def combine(chosen: Selection, examined: LawFindings | None, policy: Policy, noi
         The thresholds.
     noisy
         Whether the base with its effects leaves little more than a floor, see ``leaves_noise``. It is believed if it
-        leaves as little as the best law whatever it is.
+        leaves as little as the best law whatever it is, or next to nothing of a gap that is told.
+    told
+        Whether no floor can hold the error of a law, see ``Floors``: a gap above it then is one.
     """
     exact = CombinedResult(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable:
         return exact
-    if noisy and _as_good_as_any_law(examined, policy):
+    if noisy and (_as_good_as_any_law(examined, policy) or (told and closes_the_gap(chosen, policy))):
         return exact
     shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
     hidden = {s.name for s in shadows}
@@ -158,6 +167,18 @@ def combine(chosen: Selection, examined: LawFindings | None, policy: Policy, noi
         standing=standing,
         shadows=shadows,
         difference=_difference(chosen, clear, sets),
+    )
+
+
+def closes_the_gap(chosen: Selection, policy: Policy) -> bool:
+    """Return whether effects take next to all of a gap, on conditions that were fitted and on those held out.
+
+    What a form of an effect leaves is small against what it takes. A wrong base with a wrong effect leaves more.
+    """
+    errors = ((chosen.base.train, chosen.final.train), (chosen.base.holdout, chosen.final.holdout))
+    return all(
+        after <= policy.examined_above_floor or after**2 - 1.0 < policy.left_if_closed * (before**2 - 1.0)
+        for before, after in errors
     )
 
 

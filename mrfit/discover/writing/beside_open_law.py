@@ -18,7 +18,7 @@ from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.invariance.records import Record, from_block
 from mrfit.discover.policy import Policy
-from mrfit.discover.selection.combine import combine, leaves_noise
+from mrfit.discover.selection.combine import Floors, combine, leaves_noise
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.writing.findings import gap_of
 from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws, without_proof
@@ -34,7 +34,12 @@ class OpenLawResult:
 
 
 def beside_open_law(
-    gathering: SimulatedEvidence, chosen: Selection, exact: DiscoveryFile, dependence: Dependence, policy: Policy
+    gathering: SimulatedEvidence,
+    chosen: Selection,
+    exact: DiscoveryFile,
+    dependence: Dependence,
+    floors: Floors,
+    policy: Policy,
 ) -> OpenLawResult:
     """Return a discovery with what was found whatever the law is, and with other laws that take part of the gap.
 
@@ -48,12 +53,14 @@ def beside_open_law(
         The same as discovery.json has it.
     dependence
         How parameters of other bases depend on current.
+    floors
+        What is known of the noise.
     policy
         The thresholds.
     """
     fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
     examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
-    combined = combine(chosen, examined, policy, leaves_noise(chosen, gathering.noise, policy))
+    combined = combine(chosen, examined, policy, leaves_noise(chosen, floors.noise, policy), floors.told)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
     after = base if combined.taken_back else gathering.refit_of(chosen.final)
     held = held_at(combined.standing)

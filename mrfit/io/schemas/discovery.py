@@ -62,12 +62,23 @@ class Where(Row):
 
 
 class Gap(Row):
-    """Noise floor and errors as shares of the output's range, and the share of the gap closed."""
+    """Noise floor and errors as shares of the output's range, and the share of the gap closed.
+
+    Attributes
+    ----------
+    noise_floor, before, after, closed
+        Of fits that weigh every segment by its noise floor, with the roles that a discovery gives the conditions.
+    plain_before, plain_after
+        Errors on held-out conditions that fits of both models to all conditions state, in which every sample weighs
+        alike; None where one cannot be made.
+    """
 
     noise_floor: float | None
     before: float | None
     after: float | None
     closed: float | None
+    plain_before: float | None = None
+    plain_after: float | None = None
 
 
 class Drifting(Row):

@@ -1,0 +1,57 @@
+"""The error on held-out conditions by fits of their own, in which every sample weighs alike."""
+
+from collections.abc import Sequence
+
+from mrfit.errors import MrfitError, Unreachable
+from mrfit.fit import stage as fit_stage
+from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.discovery import DiscoveryFile, Gap
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import reusable
+from mrfit.io.workspace import Workspace
+from mrfit.settings.discover import Settings
+
+
+def with_plain_errors(found: DiscoveryFile, workspace: Workspace, settings: Settings, data: Dataset) -> DiscoveryFile:
+    """Return a discovery with the errors that fits of its base and of its augmented model state of held-out conditions.
+
+    Parameters
+    ----------
+    found
+        The discovery.
+    workspace
+        May hold the fits already.
+    settings
+        As the discovery was asked for.
+    data
+        Segments and recordings with the roles that a fit gives them.
+    """
+    before = after = _stated(workspace, data, _fit_of(found.base_model, settings))
+    if found.augmented_model != found.base_model:
+        after = _stated(workspace, data, _fit_of(found.augmented_model, settings, found.held))
+    gap = Gap(**{**found.gap.model_dump(), "plain_before": before, "plain_after": after})
+    return found.model_copy(update={"gap": gap})
+
+
+def _fit_of(model: str, settings: Settings, held: Sequence[tuple[str, float]] = ()) -> fit_stage.Settings:
+    return fit_stage.Settings(
+        model,
+        per="all",
+        start=settings.start,
+        fixed=tuple(held),
+        current_order=settings.current_order,
+        seed=settings.seed,
+    )
+
+
+def _stated(workspace: Workspace, data: Dataset, fit: fit_stage.Settings) -> float | None:
+    """Return the NRMSE over all held-out conditions that a fit states; None where it cannot be made."""
+    origin = fit_stage.origin_of(data, fit)
+    known = reusable(workspace.fit_folder(fit.fit_name) / "fit.json", Fit)
+    try:
+        content = known if known and known.key == origin.key else fit_stage.identify(data, fit, origin).content
+    except Unreachable:
+        raise
+    except MrfitError:
+        return None
+    return next((m.nrmse for m in content.metrics if (m.role, m.condition) == ("holdout", "all")), None)
