@@ -12,7 +12,14 @@ from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors, combine, leaves_noise, worth_examining
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.selection.questions import EffectScreening
-from mrfit.io.schemas.discovery import BrokenInvariance, EffectParameter, EffectSignificance, InvariantEffect
+from mrfit.discover.selection.rules import EffectTrial
+from mrfit.io.schemas.discovery import (
+    BrokenInvariance,
+    Confounded,
+    EffectParameter,
+    EffectSignificance,
+    InvariantEffect,
+)
 from tests.discover.world import fit
 
 CLEAR = EffectSignificance(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)
@@ -76,6 +83,22 @@ def test_a_base_with_effects_that_close_the_gap_is_believed_though_the_best_law_
         half = replace(exact("named", "a"), base=replace(BASE, train=2.5), final=fit(1.9, "a", train=fitted))
         assert combine(half, less, STANDARD, True, True).taken_back is not believed
     assert combine(exact("named", "a", left=1.9), less, STANDARD, True, Floors(1.0, False).told).taken_back
+
+
+def test_a_partner_that_breaks_no_invariance_is_told_beside_the_base_where_it_takes_much_less() -> None:
+    lag = effect("lag", Invariance.CURRENT, "late", "slow")
+    untried = (Confounded(name="late", reason="it breaks no invariance: any law may have it", test=""),)
+    examined = LawFindings(named=(lag,), confounded=untried)
+
+    def partners(late: float, *proven: str) -> tuple[str, ...]:
+        trials = tuple(EffectTrial(n, fit(left, n), 0.5, False, 4.0) for n, left in (("lag", 9.0), ("late", late)))
+        chosen = replace(exact(), trials=(*trials, replace(trials[1], name="slow")), proven=fit(9.0, *proven))
+        found = combine(chosen, examined, STANDARD)
+        return found.ambiguous[0] if found.ambiguous else found.named
+
+    assert partners(18.0, "lag") == ("lag", "slow")
+    assert partners(12.0, "lag") == ("lag", "late", "slow")
+    assert partners(18.0) == partners(18.0, "lag", "late") == ("lag", "late", "slow")
 
 
 def test_what_breaks_the_same_invariance_beside_an_effect_makes_it_a_shadow() -> None:

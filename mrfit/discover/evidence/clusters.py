@@ -8,7 +8,8 @@ from scipy.special import stdtrit
 
 from mrfit.core.specs import Array
 from mrfit.discover.policy import STANDARD
-from mrfit.fit.diagnostics.uncertainty import Uncertainty, excess, normal_score
+from mrfit.discover.selection.rules import counted
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, excess
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,10 @@ def clustered(
 
 
 def score(found: Uncertainty, place: int, distance: float, numbers: int) -> float:
-    """Return the distance of a parameter from neutral as a standard normal score.
+    """Return the distance of a parameter from neutral in standard errors, fewer where few conditions tell them.
 
-    Beside the score by the interval stands that by the scatter between conditions alone, whose Student's t has as many
-    degrees of freedom as conditions, less the numbers that they tell. The smaller one counts.
+    Beside the interval stands the normal score of Student's t by the scatter between conditions alone. Its degrees of
+    freedom are the conditions, less the numbers that they tell. The smaller one counts.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def score(found: Uncertainty, place: int, distance: float, numbers: int) -> floa
     if not isinstance(found, ClusteredUncertainty) or not found.between[place, place] > 0.0:
         return own
     scattered = abs(distance) / float(np.sqrt(found.between[place, place]))
-    return min(own, normal_score(scattered, found.conditions - numbers))
+    return min(own, counted(scattered, found.conditions - numbers, STANDARD))
 
 
 def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array], members: Sequence[bool]) -> Array:

@@ -12,7 +12,6 @@ from mrfit.discover.invariance.screening import contribution, early, level_of
 from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.law_rules import FULL, TIME, TRAVEL, EffectDescription, RefinedEffect
-from mrfit.fit.diagnostics.uncertainty import normal_score
 from mrfit.io.schemas.discovery import EffectParameter, EffectSignificance
 
 TINY = 1e-300
@@ -39,7 +38,8 @@ def described(setting: RegressionData, weights: Sequence[Array], fitted: LawRefi
     ahead, beyond = _early(setting, weights, rest, name) if effect.breaks.early else (0.0, 0.0)
     parameters = _parameters(setting, fitted, name, level, offset)
     numbers = sum(n == name for n, _ in fitted.table.free)
-    row = RefinedEffect(name, standing, fitted.left, sign, ahead, beyond, numbers, share)
+    groups = len(beside.grams)
+    row = RefinedEffect(name, standing, fitted.left, sign, ahead, beyond, numbers, share, groups - 1.0)
     return EffectDescription(row, parameters, force)
 
 
@@ -136,7 +136,7 @@ def _standing(
         kept=kept,
         held=typical_gain(before, held),
         size=max(float(np.max(np.abs(c))) for c in columns),
-        z=normal_score(abs(best) / max(float(np.hypot(error, spread)), TINY), len(beside.grams) - 1),
+        z=abs(best) / max(float(np.hypot(error, spread)), TINY),
         left=float(own.sum() / max(beside.total[at[0], at[0]], TINY)),
         improved=float(np.mean(held < before)),
     )

@@ -153,7 +153,11 @@ def combine(
         return exact
     shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
     hidden = {s.name for s in shadows}
-    standing = tuple(n for n in examined.named if n.name not in hidden)
+    standing = tuple(
+        n.model_copy(update={"one_of": _partners(chosen, examined, n, policy)})
+        for n in examined.named
+        if n.name not in hidden
+    )
     if not standing:
         back = bool(chosen.final.effects)
         verdict = "unexplained" if back else exact.verdict
@@ -180,6 +184,29 @@ def closes_the_gap(chosen: Selection, policy: Policy) -> bool:
         after <= policy.examined_above_floor or after**2 - 1.0 < policy.left_if_closed * (before**2 - 1.0)
         for before, after in errors
     )
+
+
+def _partners(chosen: Selection, examined: LawFindings, effect: InvariantEffect, policy: Policy) -> tuple[str, ...]:
+    """Return the effects that an effect is not told from: beside any law, nor beside the base.
+
+    A partner that breaks no invariance cannot be tried beside any law. Beside the base both are tried, in one error of
+    its law: there the partner is told from an effect with proof if it takes much less, fitted and held out.
+    """
+    untried = {c.name for c in examined.confounded}
+    takes = {
+        t.name: (chosen.base.train**2 - t.fit.train**2, chosen.base.holdout**2 - t.fit.holdout**2)
+        for t in chosen.trials
+    }
+    if effect.name not in chosen.proven.effects or effect.name not in takes:
+        return effect.one_of
+
+    def told(partner: str) -> bool:
+        if partner not in untried or partner not in takes or partner in chosen.proven.effects:
+            return False
+        pairs = zip(takes[partner], takes[effect.name], strict=True)
+        return all(other < policy.partner_takes * own for other, own in pairs)
+
+    return tuple(p for p in effect.one_of if not told(p))
 
 
 def _as_good_as_any_law(examined: LawFindings, policy: Policy) -> bool:

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Protocol
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.policy import Policy
+from mrfit.discover.selection.rules import counted
 from mrfit.io.schemas.discovery import BrokenInvariance, EffectParameter, EffectSignificance
 
 # Levels of the nuisance
@@ -94,6 +96,8 @@ class RefinedEffect:
         Numbers that were fitted.
     unsure
         Half the 95 % interval of its largest force, over that force.
+    degrees
+        Degrees of freedom of its standard error: groups of samples, less one.
     """
 
     name: str
@@ -104,6 +108,7 @@ class RefinedEffect:
     beyond: float = 0.0
     numbers: int = 1
     unsure: float = 0.0
+    degrees: float = inf
 
 
 @dataclass(frozen=True)
@@ -226,7 +231,7 @@ def objection(row: RefinedEffect, policy: Policy) -> str:
         (s.left < policy.sensitivity_left, "the law may have it"),
         (not row.sign, "its strength would have the wrong sign"),
         (looks_early(row, policy), f"a record that is early would take {row.early:.0%} of what it takes"),
-        (s.z < _clear(s, policy), f"only {s.z:.1f} standard errors from neutral"),
+        (counted(s.z, row.degrees, policy) < _clear(s, policy), f"only {s.z:.1f} standard errors from neutral"),
         (s.share < _share(s, policy), f"takes only {s.share:.0%} of what no law makes"),
         (s.kept < policy.kept, f"takes only {s.kept:.0%} on conditions left out"),
         (s.held < policy.held, f"takes only {s.held:.0%} on conditions left out, the law from the others too"),

@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri, stdtr
 
 from mrfit.discover.policy import Policy
 from mrfit.discover.selection.questions import Candidate, Fit, Growth, LibraryEffect, Repetition
@@ -86,6 +87,26 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
     first = before == base and of_rest > policy.half and far
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
     return EffectTrial(name, after, gain, overwhelms, needed)
+
+
+def counted(errors: float, degrees: float, policy: Policy) -> float:
+    """Return standard errors from neutral as they count: fewer where few degrees of freedom tell them.
+
+        z = -Phi^-1(T(-|t|)) / by_conditions, at most |t|
+
+    T is Student's distribution, Phi the normal one.
+
+    Parameters
+    ----------
+    errors
+        t, the distance in standard errors.
+    degrees
+        Degrees of freedom of the standard error, taken as 1 at least.
+    policy
+        The thresholds.
+    """
+    tail = float(stdtr(max(degrees, 1.0), -abs(errors)))
+    return min(abs(errors), -float(ndtri(tail)) / float(policy.by_conditions)) if tail > 0.0 else abs(errors)
 
 
 def helps(trial: EffectTrial, policy: Policy) -> bool:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
-from scipy.special import ndtri, stdtr, stdtrit
+from scipy.special import ndtri, stdtrit
 
 from mrfit.core.specs import Array, Index
 
@@ -135,22 +135,6 @@ class Uncertainty:
 def quantile_95(degrees: float) -> float:
     """Return the half-width of a 95 % interval in standard deviations, of Student's t."""
     return float(stdtrit(max(degrees, 1.0), 0.975))
-
-
-def normal_score(distance: float, degrees: float) -> float:
-    """Return the standard normal score of a distance in standard errors that few degrees of freedom tell.
-
-        z = -Phi^-1(T(-|t|)),    T Student's distribution of these degrees, Phi the normal one
-
-    Parameters
-    ----------
-    distance
-        t, in standard errors.
-    degrees
-        Degrees of freedom of the standard error, taken as 1 at least.
-    """
-    tail = float(stdtr(max(degrees, 1.0), -abs(distance)))
-    return min(abs(distance), float(-ndtri(tail))) if tail > 0.0 else abs(distance)
 
 
 def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:
