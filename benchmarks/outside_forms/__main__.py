@@ -21,18 +21,18 @@ from .reading import FormulaError
 from .score import read_proposed, score, sizes, table
 from .specimen import Specimen, make_specimen
 
-FORMULAS = ("--formulas",)
-LIBRARY_OFF = ("--formulas", "--no-library")
+LIBRARY_OFF = "benchmarks.outside_forms.library_off"
 BASELINES = {"sindy": False, "sindy_beside_any_law": True}
 
 
-def run_case(folder: Path, specimen: Specimen, options: tuple[str, ...]) -> dict[str, object]:
+def run_case(folder: Path, specimen: Specimen) -> dict[str, object]:
     """Have a specimen discovered by the documented commands; return what was said and its score."""
     specimen.write(folder)
     work, log = folder / "work", folder / "said.txt"
     code, _ = run_command(["ingest", str(folder / "logs"), "--work", str(work)], log, MOST_PROCESSOR_TIME)
-    arguments = ["discover", "--model", specimen.base, *options, "--jobs", "1", "--work", str(work)]
-    code, seconds = run_command(arguments, log, MOST_PROCESSOR_TIME) if code == 0 else (code, 0.0)
+    arguments = ["discover", "--model", specimen.base, "--formulas", "--jobs", "1", "--work", str(work)]
+    module = LIBRARY_OFF if specimen.kind in LIBRARY else "mrfit.cli"
+    code, seconds = run_command(arguments, log, MOST_PROCESSOR_TIME, module) if code == 0 else (code, 0.0)
     row: dict[str, object] = {"processor_time": round(seconds, 2), "exit": code}
     if code != 0:
         text = log.read_text().strip().splitlines() or [""]
@@ -90,8 +90,7 @@ def main() -> None:
             shutil.rmtree(given.keep / case, ignore_errors=True)
         kept = nullcontext(given.keep / case) if given.keep else tempfile.TemporaryDirectory()
         with kept as folder:
-            options = LIBRARY_OFF if kind in LIBRARY else FORMULAS
-            said = {} if given.only_baselines else run_case(Path(folder), specimen, options)
+            said = {} if given.only_baselines else run_case(Path(folder), specimen)
         row |= {"outcome": "none", **said, **baselines(specimen)}
         rows.append(row)
         with given.out.open("a") as file:

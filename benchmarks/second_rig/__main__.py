@@ -25,7 +25,7 @@ MOST_PROCESSOR_TIME = 180  # s of a discovery
 MOST_TIME = 3600  # s by the clock, on a machine that does other work
 
 
-def run_command(arguments: list[str], log: Path, seconds: float) -> tuple[int, float]:
+def run_command(arguments: list[str], log: Path, seconds: float, module: str = "mrfit.cli") -> tuple[int, float]:
     """Run a command of mrfit; return its exit code and its processor time (s), its own workers' included."""
 
     def limit() -> None:
@@ -33,7 +33,7 @@ def run_command(arguments: list[str], log: Path, seconds: float) -> tuple[int, f
 
     with log.open("a") as file:
         process = subprocess.Popen(
-            [sys.executable, "-m", "mrfit.cli", *arguments],
+            [sys.executable, "-m", module, *arguments],
             stdout=file,
             stderr=subprocess.STDOUT,
             preexec_fn=limit,

@@ -1,5 +1,8 @@
 """Closed forms of the simulator of hidden forms, and what its scorer calls right."""
 
+import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -196,3 +199,9 @@ def test_each_term_of_a_kind_has_a_finite_force_and_a_right_name(kind: str) -> N
     for term, right in draw_terms(kind, np.random.default_rng(5), SCALES):
         assert np.all(np.isfinite(term.at(values)))
         assert term.name in right
+
+
+def test_the_library_can_be_left_out() -> None:
+    command = [sys.executable, "-m", "benchmarks.outside_forms.library_off", "list", "effects", "--json"]
+    said = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert json.loads(said.stdout) == []
