@@ -53,7 +53,7 @@ def read_proposed(specimen: Specimen, proposed: Mapping[str, Any] | None) -> tup
 
 
 def sizes(specimen: Specimen) -> dict[str, object]:
-    """Return how large the hidden terms are: shares of the law's range, and of squared errors beside laws."""
+    """Return how large the hidden terms are: shares of the law's range, and of squares that a base and any law leave."""
     runs = specimen.tests
     values, planted = [r.values for r in runs], _join(runs, lambda r: r.planted)
     law = _join(runs, lambda r: r.values["L"])
@@ -67,8 +67,8 @@ def sizes(specimen: Specimen) -> dict[str, object]:
         "outside": _rms(left) / specimen.size,
         "contrast": _rms(left) / specimen.sensors.force,
         "noise": specimen.sensors.force / specimen.size,
-        "share_of_error": _share(outside(beside_base, law), outside(beside_base, law + planted)),
-        "share_outside": _share(outside(beside_law, law), outside(beside_law, law + planted)),
+        "share_of_error": _share(outside(beside_base, planted), outside(beside_base, law)),
+        "share_outside": _share(left, outside(beside_law, law)),
     }
 
 
@@ -154,8 +154,8 @@ def _rms(y: Array) -> float:
     return float(np.sqrt(np.mean(y**2)))
 
 
-def _share(without: Array, whole: Array) -> float:
-    return float(1 - np.sum(without**2) / np.sum(whole**2))
+def _share(part: Array, rest: Array) -> float:
+    return float(np.sum(part**2) / (np.sum(part**2) + np.sum(rest**2)))
 
 
 def table(rows: Sequence[Mapping[str, object]], of: str = "") -> str:
