@@ -96,10 +96,42 @@ def test_a_soft_knee_is_stepped_as_its_curve_to_nine_digits(n: float) -> None:
     assert np.abs(z - hysteresis(x, column(800.0), column(n), column(-0.25))[0]).max() < 2e-8
 
 
+@pytest.mark.parametrize("gamma", [500.0, -500.0, -100.0])
+@pytest.mark.parametrize("moves", [0.0, 0.1])
+@pytest.mark.parametrize("travel", [1e-5, -3e-4, 8e-4])
+@pytest.mark.parametrize("z", [0.0, 1e-3, 0.4, -0.7])
+def test_a_step_agrees_with_a_tight_ode_solver_whatever_the_signs(
+    gamma: float, moves: float, travel: float, z: float
+) -> None:
+    then = np.array([1000.0, 300.0, gamma, 1.4])
+    here = then * (1.0 + moves * np.array([1.0, -1.0, 0.5, -0.3]))
+
+    def rate(share: float, state: np.ndarray) -> list[float]:
+        kappa, beta, own, n = then + share * (here - then)
+        return [travel * (kappa - (beta + own * np.sign(travel * state[0])) * abs(state[0]) ** n)]
+
+    expected = solve_ivp(rate, (0.0, 1.0), [z], "DOP853", rtol=1e-12, atol=1e-13, max_step=0.02).y[0, -1]
+    # where z passes 0 the equation has a kink
+    assert bouc_wen_step(z, travel, tuple(then), tuple(here)) == pytest.approx(expected, abs=1e-7)
+
+
 def test_saturated_travel_of_any_length_ends_at_saturation() -> None:
     shape = (40.0, 14.0, 26.0, 1.3)
     for travel in (1.0, 10.0, -10.0):
         assert bouc_wen_step(0.3, travel, shape, shape) == pytest.approx(np.sign(travel), abs=1e-8)
+
+
+@pytest.mark.parametrize("n", [1.2, 8.0])
+@pytest.mark.parametrize("size", [3.0, -3.0])
+def test_an_element_that_a_change_of_parameters_leaves_above_saturation_comes_down_to_it(n: float, size: float) -> None:
+    shape = (700.0, 200.0, 500.0, n)
+    z = size
+    for travel in np.full(40, 1e-4):
+        following = bouc_wen_step(z, travel, shape, shape)
+        assert abs(following) <= abs(z) or z > -1.0
+        z = following
+    assert bouc_wen_step(1.5 * size, 0.2, shape, shape) == pytest.approx(1.0, abs=1e-9)
+    assert np.isnan(bouc_wen_step(np.nan, 1e-4, shape, shape))
 
 
 @pytest.mark.parametrize("samples", [1, 5])
