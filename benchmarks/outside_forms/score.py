@@ -53,7 +53,7 @@ def read_proposed(specimen: Specimen, proposed: Mapping[str, Any] | None) -> tup
 
 
 def sizes(specimen: Specimen) -> dict[str, object]:
-    """Return how large the hidden terms are: shares of the law's range, and of squares that a base and any law leave."""
+    """Return the sizes of the hidden terms: shares of the law's range, and of squares that a base and any law leave."""
     runs = specimen.tests
     values, planted = [r.values for r in runs], _join(runs, lambda r: r.planted)
     law = _join(runs, lambda r: r.values["L"])
