@@ -18,6 +18,8 @@ from mrfit.simulate.current_dependence import base_name
 
 WALK_RATES = (0.02, 0.1, 0.5)
 """Changes of a parameter in a minute, as shares of its value, which the filters of random walks expect."""
+CHANGE_RATES = (0.0015, 0.012, 0.012)
+"""Changes a second, to all filters of each of ``WALK_RATES``, for which bands have room."""
 # Share of a parameter's unit by which sensitivities are forward differences: of 1e-3, rounding is ten times as large;
 # standard deviation of one that is open
 _DIFFERENCE, _OPEN = 1e-2, 0.1
@@ -110,9 +112,11 @@ class TrackerPlan:
         moving = np.unique([*np.eye(len(deviations)), np.ones(len(deviations))], axis=0)
         each = moving * (spans / deviations) ** 2 / 60.0
         walk = np.vstack([0.0 * deviations, *(rate**2 * each for rate in WALK_RATES), 0.0 * deviations])
+        # to rest is as likely as the quickest change
+        changes = np.array([CHANGE_RATES[-1], *np.repeat(CHANGE_RATES, len(moving)), 0.0]) / len(moving)
         noise = np.array([self.deviation**2, self.correlated])
         bounds = (low - values) / deviations, (high - values) / deviations
-        return EstimatorPlan(noise, walk, np.maximum((spans / deviations) ** 2, 1.0), *bounds)
+        return EstimatorPlan(noise, walk, changes, np.maximum((spans / deviations) ** 2, 1.0), *bounds)
 
     def moves(self, names: Sequence[str], drive: Array) -> Index:
         """Return whether the damper moves (N,) under channels (C, N), 1 or 0."""

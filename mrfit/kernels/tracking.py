@@ -28,8 +28,8 @@ CHANGED = 10.0
 MOVED_OTHERWISE = 6.0
 # Evidence in nats at which a filter begins again at the one chosen, while parameters move
 BEHIND = -1.0
-# Changes a second, by any of the filters, for which bands have room; and the most nats that one sample adds to odds
-CHANGE_RATE, MOST_NATS = 0.2, 20.0
+# The most nats that one sample adds to odds
+MOST_NATS = 20.0
 # Logarithm of the share of 5 % that lies outside of a band
 OUTSIDE_BAND = -3.0
 # Factor of the variance of a moving parameter with which it is taken to be constant from now on
@@ -79,6 +79,8 @@ class EstimatorPlan(NamedTuple):
         Variance of the output's noise, and its integrated correlation time in s.
     walk
         Growth of the filters' variances per s, (M, T); 0 of the first and the last.
+    changes
+        Changes a second, to each of the filters, for which bands have room, (M,).
     widest
         Greatest variance, (T,).
     low, high
@@ -87,6 +89,7 @@ class EstimatorPlan(NamedTuple):
 
     noise: Array
     walk: Array
+    changes: Array
     widest: Array
     low: Array
     high: Array
@@ -172,7 +175,7 @@ def _doubted(t: Any, plan: Any, dt: float) -> None:
     for m in range(last):
         if m != chosen:
             ratio = math.exp(min(t.likelihood[m] - t.likelihood[chosen], MOST_NATS))
-            t.odds[m] = (t.odds[m] + CHANGE_RATE / (last - 1) * dt) * ratio
+            t.odds[m] = (t.odds[m] + plan.changes[m] * dt) * ratio
             total += t.odds[m]
     for k in range(len(t.gain)):
         weight, spread = 0.0, 0.0
