@@ -14,15 +14,23 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.export.source import ExportSource
 from mrfit.kernels.tracking import EstimatorPlan
 from mrfit.signal.convolution import correlation_time
+from mrfit.simulate.chain import advanced
 from mrfit.simulate.current_dependence import base_name
+from mrfit.simulate.program import DEFAULTS, DamperProgram
 
 WALK_RATES = (0.02, 0.1, 0.5)
 """Changes of a parameter in a minute, as shares of its value, which the filters of random walks expect."""
 CHANGE_RATES = (0.0015, 0.012, 0.012)
 """Changes a second, to all filters of each of ``WALK_RATES``, for which bands have room."""
+NEARLY = 1e-300
+"""Less than any value of a parameter that counts, but not 0: an effect at its neutral values is left out."""
 # Share of a parameter's unit by which sensitivities are forward differences: of 1e-3, rounding is ten times as large;
 # standard deviation of one that is open
 _DIFFERENCE, _OPEN = 1e-2, 0.1
+# Seconds in which models follow the estimate of a parameter of which they remember something; samples that show whether
+_FOLLOWED, _SHOWN = 0.2, 2000
+# Share of what a parameter changes in the output that is rounding
+_NOTHING = 1e-6
 # Share of the greatest rate of the slowest test below which a damper stands
 _STANDING = 0.05
 
@@ -43,6 +51,8 @@ class TrackedParameter:
         Bounds.
     places
         Places in the vector of all parameters; ``factor``: whether these are multiplied.
+    remembered
+        Whether the output is of what the parameter was before, too.
     """
 
     name: str
@@ -54,6 +64,7 @@ class TrackedParameter:
     high: float
     places: tuple[int, ...]
     factor: bool
+    remembered: bool = False
 
     @property
     def difference(self) -> float:
@@ -116,7 +127,8 @@ class TrackerPlan:
         changes = np.array([CHANGE_RATES[-1], *np.repeat(CHANGE_RATES, len(moving)), 0.0]) / len(moving)
         noise = np.array([self.deviation**2, self.correlated])
         bounds = (low - values) / deviations, (high - values) / deviations
-        return EstimatorPlan(noise, walk, changes, np.maximum((spans / deviations) ** 2, 1.0), *bounds)
+        followed = _FOLLOWED * self.column("remembered")
+        return EstimatorPlan(noise, walk, changes, np.maximum((spans / deviations) ** 2, 1.0), followed, *bounds)
 
     def moves(self, names: Sequence[str], drive: Array) -> Index:
         """Return whether the damper moves (N,) under channels (C, N), 1 or 0."""
@@ -156,7 +168,10 @@ def plan_of(source: ExportSource, names: Sequence[str]) -> TrackerPlan:
     deviations = np.sqrt(np.diag(narrow))
     sizes, axes = np.linalg.eigh(common - narrow)
     held = (axes * np.maximum(sizes, 0.0)) @ axes.T
-    tracked = tuple(replace(p, deviation=float(d)) for p, d in zip(found, deviations, strict=True))
+    tracked = tuple(
+        replace(p, deviation=float(d), remembered=_is_remembered(source, p))
+        for p, d in zip(found, deviations, strict=True)
+    )
     deviation, correlated = _noise(source)
     prior = narrow / np.outer(deviations, deviations)
     return TrackerPlan(tracked, prior, held, deviation, correlated, _standing(source))
@@ -177,6 +192,28 @@ def _places(source: ExportSource, name: str) -> tuple[int, ...]:
     if len(own) > 1 and not np.all(source.theta[list(own)]):
         raise ConfigError(f"--track {name}: it is 0 at a current, and has no factor there")
     return own
+
+
+def _is_remembered(source: ExportSource, p: TrackedParameter) -> bool:
+    """Return whether the output along a log differs where the parameter was another one until the sample before."""
+    if not source.stretches:
+        return True
+    log, places, programs = source.stretches[0], list(p.places), list[DamperProgram]()
+    for share in (0.0, _DIFFERENCE):
+        theta = source.theta.copy()
+        theta[places] += share * (theta[places] if p.factor else p.span) + NEARLY
+        moving = {base_name(p.name)}
+        programs.append(DamperProgram(source.law_name, theta, source.dependence, False, log.dt, moving))
+    rows = dict(zip(source.spec.inputs, source.drive(log)[:, :_SHOWN], strict=True))
+    given = np.stack(np.broadcast_arrays(*(rows.get(n, DEFAULTS.get(n, 0.0)) for n in programs[0].channels)), axis=1)
+    nowhere, still = np.full(2, np.nan), np.zeros((2, programs[0].chain.places.whole))
+    one, other = (advanced(q.chain, still, given[[0, 0]], -1.0, nowhere)[1] for q in programs)
+    apart = shown = 0.0
+    for k in range(1, len(given)):
+        states, now = np.array([one[0], other[1]]), given[[k, k]]
+        (plain, one), (changed, other) = (advanced(q.chain, states, now, log.dt, nowhere) for q in programs)
+        apart, shown = max(apart, abs(plain[1, 0] - plain[0, 0])), max(shown, abs(changed[1, 0] - plain[0, 0]))
+    return bool(apart > _NOTHING * shown)
 
 
 def _covariances(source: ExportSource, places: Sequence[int], spans: Array) -> tuple[Array, Array]:

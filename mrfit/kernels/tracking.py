@@ -1,7 +1,8 @@
 """A recursive estimator of drifting parameters: Kalman filters on one linearised output, and a choice between them.
 
-The output is linear in the parameters about the estimate: error = measured − output at the estimate, sensitivities by
-forward differences of models that step beside it. Parameters are in standard deviations of the prior from its mean.
+The output is linear in the parameters about those of a model: error = measured − its output, sensitivities by forward
+differences of models that step beside it. Parameters of which the models remember something follow the estimate slowly,
+so that it is of those that they have. Parameters are in standard deviations of the prior from its mean.
 One filter takes them as constant since it began, the others as random walks. Their evidence decides which one gives
 the estimate: the cumulative sum of the logarithm of the ratio of their likelihoods (Page, Biometrika 41 (1954) 100).
 While parameters move, a filter whose sum falls behind begins again at the one chosen: none holds what is past.
@@ -43,8 +44,9 @@ class Estimator(NamedTuple):
     ----------
     mean, covariance
         Of the filters, (M, T) and (M, T, T); the first and the last have constant parameters, the others random walks.
-    estimate, gain
-        Mean of the filter that is chosen, (T,), and the covariance of parameters and output (T,).
+    estimate, about, gain
+        Mean of the filter that is chosen, parameters of the models, which follow it, and the covariance of parameters
+        and output, (T,) each.
     evidence, likelihood
         Cumulative evidence in nats of each filter against the one chosen, (M,), and log-likelihoods of the last
         innovations, (M,).
@@ -61,6 +63,7 @@ class Estimator(NamedTuple):
     mean: Array
     covariance: Array
     estimate: Array
+    about: Array
     gain: Array
     evidence: Array
     likelihood: Array
@@ -83,6 +86,8 @@ class EstimatorPlan(NamedTuple):
         Changes a second, to each of the filters, for which bands have room, (M,).
     widest
         Greatest variance, (T,).
+    followed
+        Seconds in which the models follow the estimate, (T,); 0 where they do at once.
     low, high
         Bounds, (T,).
     """
@@ -91,6 +96,7 @@ class EstimatorPlan(NamedTuple):
     walk: Array
     changes: Array
     widest: Array
+    followed: Array
     low: Array
     high: Array
 
@@ -103,7 +109,7 @@ def _updated(t: Any, plan: Any, m: int, sensitivity: Any, error: float, white: f
         t.gain[k] = 0.0
         for j in range(len(t.gain)):
             t.gain[k] += t.covariance[m, k, j] * sensitivity[j]
-        innovation -= sensitivity[k] * (t.mean[m, k] - t.estimate[k])
+        innovation -= sensitivity[k] * (t.mean[m, k] - t.about[k])
         variance += sensitivity[k] * t.gain[k]
     for k in range(len(t.gain)):
         share = t.gain[k] / variance
@@ -205,12 +211,13 @@ def corrected(t: Any, plan: Any, sensitivity: Any, error: float, dt: float, exci
         _doubted(t, plan, dt)
         for k in range(len(t.gain)):
             t.estimate[k] = t.mean[int(t.chosen[0]), k]
+            t.about[k] += (t.estimate[k] - t.about[k]) * dt / max(plan.followed[k], dt)
 
 
 def begun_estimator(prior: Array, filters: int) -> Estimator:
     """Return the estimator before the first sample, of the prior's correlations (T, T)."""
     size = len(prior)
     mean, covariance = np.zeros((filters, size)), np.repeat(prior[None], filters, axis=0)
-    (estimate, gain, doubt), (evidence, likelihood, odds) = np.zeros((3, size)), np.zeros((3, filters))
+    (estimate, about, gain, doubt), (evidence, likelihood, odds) = np.zeros((4, size)), np.zeros((3, filters))
     before, chosen = np.zeros((2, size)), np.zeros(1)
-    return Estimator(mean, covariance, estimate, gain, evidence, likelihood, odds, doubt, before, chosen)
+    return Estimator(mean, covariance, estimate, about, gain, evidence, likelihood, odds, doubt, before, chosen)

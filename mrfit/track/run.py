@@ -11,13 +11,10 @@ from mrfit.apply.stepper import Stepper
 from mrfit.core.specs import Array, Index
 from mrfit.errors import ConfigError
 from mrfit.export.source import ExportSource
-from mrfit.export.tracker import TrackerPlan
+from mrfit.export.tracker import NEARLY, TrackerPlan
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.tracking import Estimator, EstimatorPlan, begun_estimator, corrected
 from mrfit.simulate.chain import DamperChain, Trial, commit, step, trial_of
-
-# Less than any value of a parameter that counts, but not 0: an effect at its neutral values is left out
-_NEARLY = 1e-300
 
 
 class ParallelModels(NamedTuple):
@@ -26,7 +23,7 @@ class ParallelModels(NamedTuple):
     Attributes
     ----------
     states
-        (T + 1, S): of the model at the estimate, and of one for each parameter that is a bit off it.
+        (T + 1, S): of the model that follows the estimate, and of one for each parameter that is a bit off it.
     rows, owners, factors, logs
         (E,): places in the arrays, the tracked parameter there, what it is multiplied by, whether its logarithm stands.
     mean, deviation, difference
@@ -94,11 +91,11 @@ class BlockRefits:
 
 
 @kernel
-def _placed(chain: DamperChain, models: ParallelModels, estimate: Array, lane: int) -> None:
+def _placed(chain: DamperChain, models: ParallelModels, about: Array, lane: int) -> None:
     """Write the parameters of one of the models side by side."""
     for e in range(len(models.rows)):
         k = models.owners[e]
-        z = estimate[k] + (models.difference[k] if k == lane - 1 else 0.0)
+        z = about[k] + (models.difference[k] if k == lane - 1 else 0.0)
         value = models.factors[e] * (models.mean[k] + models.deviation[k] * z)
         chain.params[models.rows[e]] = np.log(value) if models.logs[e] else value
 
@@ -113,21 +110,23 @@ def _follow(
     room = trial_of(chain, models.states[0], log.given[0])
     for n in range(len(log.given)):
         for lane in range(size + 1):
-            _placed(chain, models, t.estimate, lane)
+            _placed(chain, models, t.about, lane)
             one = Trial(models.states[lane], log.given[n], room.after, room.work)
             outputs[lane] = step(chain, one, log.steps[n], np.nan)[0]
             commit(chain, one, log.steps[n])
         error = log.measured[n] - outputs[0]
+        innovation = error
         if n > 0:
             for k in range(size):
                 sensitivity[k] = (outputs[k + 1] - outputs[0]) / models.difference[k]
+                innovation -= sensitivity[k] * (t.estimate[k] - t.about[k])
             moved = log.moves[n] if np.isfinite(error) else 0
             corrected(t, plan, sensitivity, error, log.steps[n], moved)
         chosen = int(t.chosen[0])
         for k in range(size):
             found[n, k] = models.mean[k] + models.deviation[k] * t.estimate[k]
             found[n, size + k] = models.deviation[k] ** 2 * (t.covariance[chosen, k, k] + t.doubt[k])
-        found[n, 2 * size], found[n, 2 * size + 1] = error, chosen
+        found[n, 2 * size], found[n, 2 * size + 1] = innovation, chosen
 
 
 def track_log(
@@ -154,7 +153,7 @@ def track_log(
         If a parameter cannot be tracked.
     """
     theta = source.theta.copy()
-    theta[[k for p in plan.parameters for k in p.places]] += _NEARLY
+    theta[[k for p in plan.parameters for k in p.places]] += NEARLY
     stepper = _stepper(source, plan, theta, float(np.min(dt)))
     names = stepper.inputs
     given = stepper.complete({"current": np.zeros(len(measured)), **channels})
@@ -166,7 +165,7 @@ def track_log(
     # each at rest with its own parameters
     t, found = begun_estimator(plan.prior, plan.filters), np.empty((len(given), 2 * size + 2))
     for lane in range(size + 1):
-        _placed(stepper.chain, models, t.estimate, lane)
+        _placed(stepper.chain, models, t.about, lane)
         models.states[lane] = stepper.rest(start)[0]
     moves = plan.moves(names, given.T)
     _follow(stepper.chain, models, TrackerLog(given, measured, steps, moves), t, plan.constants, found)
@@ -204,7 +203,7 @@ def _models(source: ExportSource, plan: TrackerPlan, stepper: Stepper, theta: Ar
     for owner, p in enumerate(plan.parameters):
         for k in p.places:
             other = theta.copy()
-            other[k] = 1.25 * theta[k] if abs(theta[k]) > _NEARLY else 1e-3
+            other[k] = 1.25 * theta[k] if abs(theta[k]) > NEARLY else 1e-3
             changed = _stepper(source, plan, other, stepper.shortest).chain.params
             if len(changed) != len(stepper.chain.params):
                 raise ConfigError(f"{p.name} cannot be tracked: the memory of the model depends on it")
