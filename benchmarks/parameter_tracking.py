@@ -41,7 +41,7 @@ from tests.export.rigs import rig
 SEED = 83000
 # Fits whose logs of 10 minutes are tracked
 STEADY = 4
-DT, SECONDS, CORRELATED, LONG, FITS, LOGS = 2e-3, 60.0, 0.02, 600.0, 8, 1
+DT, SECONDS, CORRELATED, LONG, FITS, LOGS = 2e-3, 60.0, 0.02, 600.0, 6, 1
 PLANTED = np.array([800.0, 1500.0, 120.0])
 NAMES, SIZES, MOTIONS = ("yield force", "damping", "gas force"), (0.05, -0.3), ("sine", "road")
 # Stiffness of the planted Bouc-Wen element, N/m: its gas force is the spring's at an offset
