@@ -7,6 +7,7 @@ from threading import Lock
 
 import numpy as np
 
+from mrfit.core import registry
 from mrfit.core.channels import EXCITATIONS
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
@@ -383,8 +384,20 @@ def current_dependence(settings: Settings, data: Dataset) -> Currents:
         found, choice = dependence_of(
             alike, usable(data.segments, data.recordings, base_of(name))[0], dict(data.recordings)
         )
-        return Currents(choice.as_base() if choice else found, choice)
+        return Currents(with_steady_loops(choice.as_base(), name) if choice else found, choice)
     return Currents(usual_dependence(settings, data))
+
+
+def with_steady_loops(found: CurrentDependence | None, model: str) -> CurrentDependence | None:
+    """Return a chosen dependence without the shape of a loop that remembers, which would be stepped with the current.
+
+    A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
+    """
+    module = registry.load("model", model)
+    if found is None or not hasattr(module, "step"):
+        return found
+    shape = {p.name for p in module.SPEC.params if p.role == "hysteresis"}
+    return replace(found, orders=tuple((n, o) for n, o in found.orders if n not in shape))
 
 
 def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:

@@ -15,7 +15,7 @@ from mrfit.core.progress import silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.discover import stage
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.stage import Currents, Settings, _fitter, run
+from mrfit.discover.stage import Currents, Settings, _fitter, run, with_steady_loops
 from mrfit.discover.writing.result import DiscoveryRequest
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit import stage as fit_stage
@@ -210,6 +210,19 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
 
 BENCH = SimpleNamespace(noise_is_measured=lambda role: True, noise_is_in_line=lambda role: True)
 CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
+
+
+@pytest.mark.parametrize(
+    ("model", "kept"), [("boucwen", ("alpha", "c")), ("guo", ("fy", "Omega")), ("dahl", ("fy", "c"))]
+)
+def test_the_shape_of_a_loop_that_remembers_is_the_same_at_all_currents(model: str, kept: tuple[str, ...]) -> None:
+    spec = assemble(model).spec
+    chosen = CurrentDependence(tuple((p.name, 1) for p in spec.params), 0.0, 2.0)
+    found = [n for n, _ in with_steady_loops(chosen, model).orders]
+    loops = {p.name for p in spec.params if p.role == "hysteresis"}
+    assert loops and set(kept) <= set(found)
+    assert (loops & set(found) == set()) == (model != "guo")
+    assert with_steady_loops(None, model) is None
 
 
 @pytest.mark.parametrize(("samples", "near", "asked"), [(90, True, 1), (110, True, 0), (90, False, 0)])
