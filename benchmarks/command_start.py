@@ -95,7 +95,7 @@ timed(mrfit.cli.pipeline, "_segments_as_before", "reading")
 timed(stage, "read_dataset", "reading")
 timed(stage, "build_group", "preparing")
 timed(stage._Runner, "_search", "search")
-timed(stage, "trust", "intervals")
+timed(stage, "diagnose", "intervals")
 timed(stage, "write_fit", "writing")
 timed(mrfit.cli.output, "fit", "writing")
 try:

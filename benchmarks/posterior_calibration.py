@@ -17,10 +17,11 @@ from scipy.stats import kstest
 
 from benchmarks.planted import planted_values, problem
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.trust import trust
+from mrfit.fit.diagnostics.diagnose import diagnose
 from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
 from mrfit.io.schemas.fit import Covariance
+from mrfit.settings.fit import Settings
 
 MODEL, SAMPLES = "tanh", 6000
 COLOURS = (("white", 0.0), ("AR(1), 0.8", 0.8), ("AR(1), 0.95", 0.95))
@@ -78,8 +79,7 @@ def calibrated(seed: int, correlation: float, model: str = MODEL, methods: Seque
     ends = []
     for intervals in ("posterior", *methods):
         spent = time.process_time()
-        rng = np.random.default_rng(seed + 1)
-        result = trust(*about, weight="none", intervals=intervals, rng=rng)  # type: ignore[arg-type]
+        result = diagnose(*about, Settings(model, weight="none", intervals=intervals, seed=seed + 1))
         if result.draws is not None:
             seconds = time.process_time() - spent
             drawn = [names.index(n) for n in result.draws.names]

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.residual_tests import Dependence, input_dependence
+from mrfit.fit.diagnostics.residual_tests import input_dependence
+from mrfit.io.schemas.fit import ResidualTest
 
 CONDITIONS = (1, 5, 30)
 RUNS = {1: 400, 5: 200, 30: 100}
@@ -59,7 +60,7 @@ def noise(rng: np.random.Generator, samples: int, rho: float) -> Array:
 
 def tested(
     record: Record, rho: float, shares: Sequence[float], rng: np.random.Generator, pooled: bool = False
-) -> list[Dependence]:
+) -> list[ResidualTest]:
     """Return the tests of drive and rate, of a residual that goes with the drive by a share in each condition."""
     turns = np.arange(record.samples) * record.cycles / record.samples
     drives, residuals = [], []

@@ -245,7 +245,7 @@ def test_any_value_in_discovery_json_ends_in_success_or_one_line(
 def page_and_words(workspace: Workspace) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         try:
-            found = mrfit.report.discovery.read_found(workspace)
+            found = workspace.discovery()
             page = str(mrfit.report.discovery.run(workspace).path)
             output.discover({**found.to_json(), "skipped": False, "page": page}, workspace.root)
         except Exception as error:

@@ -27,8 +27,8 @@ ALLOWED = {
     ("fit/diagnostics/identifiability.py", "inertia"): "a role of parameters, not the effect of this name",
     ("fit/predict.py", "current"): "a key of fit.json",
     ("fit/stage.py", "current"): "a key of fit.json",
-    ("fit/diagnostics/trust.py", "flux"): "the integral of a voltage, to which an effect may add",
-    ("fit/diagnostics/trust.py", "voltage"): "which has no range of its own where a flux is the output",
+    ("fit/diagnostics/diagnose.py", "flux"): "the integral of a voltage, to which an effect may add",
+    ("fit/diagnostics/diagnose.py", "voltage"): "which has no range of its own where a flux is the output",
     ("search/staged.py", "velocity"): "the kind of test `constant-speed` is told by it",
     ("search/staged.py", "temperature"): "the kind of test `heating` is told by it",
 }

@@ -13,7 +13,7 @@ from mrfit.advise.rivalry import separate
 from mrfit.advise.specimen import Specimen, rigged_of
 from mrfit.core.progress import Progress, silent
 from mrfit.discover.evidence.bench import Bench, build_bench, effects_for
-from mrfit.errors import ConfigError, DataError
+from mrfit.errors import ConfigError
 from mrfit.fit.predict import read_fit
 from mrfit.fit.select import read_dataset
 from mrfit.io.atomic import write_atomic
@@ -22,7 +22,6 @@ from mrfit.io.keys import code_version
 from mrfit.io.schemas.advice import AdviceFile, AdvisedTest, Pair
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import Workspace, write_json, write_text
 from mrfit.settings.advise import Settings
 from mrfit.simulate.assembly import assemble
@@ -122,25 +121,8 @@ def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progre
         return of_fit(bench_of(data, fit.model), fit, rig, settings.seed, progress)
     if settings.fit:
         raise ConfigError("--fit needs --goal parameters")
-    found = read_found(workspace)
+    found = workspace.discovery()
     return of_discovery(bench_of(data, found.base_model), found, rig, settings.seed, progress)
-
-
-def read_found(workspace: Workspace) -> DiscoveryFile:
-    """Return the last discovery.
-
-    Raises
-    ------
-    DataError
-        If there is none.
-    """
-    path = workspace.root / "discover" / "discovery.json"
-    found = load(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
-    if found is None:
-        raise DataError(
-            f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
-        )
-    return found
 
 
 def bench_of(data: Dataset, model: str) -> Bench:

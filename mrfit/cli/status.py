@@ -125,11 +125,11 @@ def _few(names: Sequence[str]) -> str:
 
 def _changed_logs(workspace: Workspace, rows: Sequence[About], progress: Progress) -> Iterator[str]:
     """Yield the logs that are no longer what was read; one that is gone is none of these."""
-    from mrfit.ingest.earlier import Earlier
     from mrfit.ingest.hashes import hash_of
+    from mrfit.ingest.manifest import Manifest
     from mrfit.ingest.refusal import Refusal
 
-    base = Earlier(workspace).base
+    base = Manifest(workspace).base
     for source, digest in {r.source: r.sha256 for r in rows}.items():
         path = Path(os_path.join(base, source))
         try:

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 HALF_INTERVAL = 1.959963984540054
 CYCLES_OF_BLOCK = re.compile(r"-cycles(\d+)to(\d+)$")
 SECONDS_OF_DAY = 86400.0
-WORDS_OF_TABLE = ("log", "condition", "parameter", "unit", "role", "scale", "warnings")
 NUMBERS_OF_TABLE = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees")
 # Samples of a cycle of a stated motion, and cycles of which the last one counts
 SAMPLES_OF_CYCLE, CYCLES_OF_MOTION = 256, 3

@@ -63,7 +63,7 @@ def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past
         return ago, (now[0], ago, ago, ago)
     pole = 1.0 / max(slowest, SHORTEST)
     poles = (pole, pole / second)
-    m1, m2 = cascade_step((m1, m2), poles, start, ago, dt, past, 0)
+    m1, m2 = cascade_step((m1, m2), poles, (start, ago), dt, past, 0)
     return passed(poles, (lead / pole, 0.0), (m1, m2), ago, 0.0), (now[0], ago, m1, m2)
 
 

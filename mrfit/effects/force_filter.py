@@ -58,7 +58,7 @@ def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past
         return now[0], (now[0], now[0], now[0], now[0])
     pole = 1.0 / max(slowest, SHORTEST)
     poles = (pole, pole / second, pole / third, pole / fourth)
-    h1, h2, h3, h4 = cascade_step(state, poles, before[0], now[0], dt, past, 0)
+    h1, h2, h3, h4 = cascade_step(state, poles, (before[0], now[0]), dt, past, 0)
     zeros = (2.0 * xi * turn / pole, (turn / pole) ** 2)
     return passed(poles, zeros, (h1, h2, h3, h4), now[0], 0.0), (h1, h2, h3, h4)
 

@@ -11,7 +11,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Linearisation, condensed, sensitivities
 from mrfit.io.columns import part_of
-from mrfit.io.schemas.fit import FoundPoint, SearchStage
+from mrfit.io.schemas.fit import FoundPoint
 from mrfit.search import run as search
 from mrfit.search import strategies
 from mrfit.search.chain import Given
@@ -244,17 +244,7 @@ def found_point(
         preliminary=found.preliminary,
         starts=list(found.starts) or None,
         agreeing=found.agreeing,
-        stages=[
-            SearchStage(
-                stage=one.stage,
-                test=one.test,
-                segments=list(one.segments),
-                parameters=list(one.parameters),
-                cost=one.cost,
-                evaluations=one.evaluations,
-            )
-            for one in found.stages
-        ],
+        stages=list(found.stages),
         per_current=per_current,
     )
 
@@ -278,8 +268,13 @@ class SearchSettings:
         return self.own or strategies.find(self.optimizer, self.options)
 
     def rng(self, group: str) -> np.random.Generator:
-        """Return the generator of one group: the same whatever else is fitted, and by however many workers."""
-        return np.random.default_rng([self.seed, *group.encode()])
+        """Return the generator of one group."""
+        return group_rng(self.seed, group)
+
+
+def group_rng(seed: int, group: str) -> np.random.Generator:
+    """Return the generator of one group: the same whatever else is fitted, and by however many workers."""
+    return np.random.default_rng([seed, *group.encode()])
 
 
 def linearise(group: FitGroup, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Linearisation:

@@ -15,8 +15,8 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
+from mrfit.fit.diagnostics.diagnose import diagnose, drift_warnings, slope_warnings
 from mrfit.fit.diagnostics.remainders import borrowed
-from mrfit.fit.diagnostics.trust import drift_warnings, slope_warnings, trust
 from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive, within_noise
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -359,12 +359,11 @@ class _Runner:
         simulated = LazyArrays(outputs)
         group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
-        rng = search.rng(f"{name} intervals")
-        weight, intervals, judged = settings.weight, settings.intervals, self.assembly
+        judged = self.assembly
         if driven:
-            weights = weights_of(group.search, group.training_floors, weight)
+            weights = weights_of(group.search, group.training_floors, settings.weight)
             judged = within_noise(LeastSquaresProblem(group.search, weights, judged, cube), point[None]).assembly
-        trusted = trust(group, judged, cube, point, simulated, weight=weight, intervals=intervals, rng=rng)
+        diagnostics = diagnose(group, judged, cube, point, simulated, settings)
         parts = zip(group.full.parts, offsets, group.floors, strict=True)
         first = group.full.segments[0]
         result = Result(
@@ -372,7 +371,7 @@ class _Runner:
             conditions=list(dict.fromkeys(s.condition for s in group.full.segments)),
             at=Level(frequency=first.frequency, amplitude=first.amplitude, current=first.current),
             **{f.name: getattr(found, f.name) for f in fields(found) if f.name != "point"},
-            **{f.name: getattr(trusted, f.name) for f in fields(trusted)},
+            **{f.name: getattr(diagnostics, f.name) for f in fields(diagnostics)},
             segments=[segment_use(part, offset, floor) for part, offset, floor in parts],
         )
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)

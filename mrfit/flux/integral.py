@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.flux.channel import InMemory, OnDisk, SampleSource, Taken, swing
+from mrfit.flux.channel import OnDisk, SampleSource, Taken, swing
 from mrfit.io.columns import COLUMN_CHUNK
 from mrfit.signal.cycles import SteadyCycles
 
@@ -98,14 +98,6 @@ def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: flo
             pair = induced(begin - 1, begin + 1)
             carried.append(last + float(dt * (pair[1] + pair[0]) / 2.0))
     return OnDisk(samples, read)
-
-
-def remove_drift(
-    integral: Array, current: Array, dt: float, stretches: Sequence[SteadyCycles], method: str
-) -> tuple[Array, IntegralDrift]:
-    """Return flux linkage (N,) without drift, and what was taken away, as ``drift_removed`` does of channels."""
-    flux, drift = drift_removed(InMemory(integral), InMemory(current), dt, stretches, method)
-    return flux.array, drift
 
 
 def drift_removed(

@@ -7,6 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.io.columns import part_of
+from mrfit.io.schemas.stages import SeparationRow
 from mrfit.signal.cycles import SteadyCycles
 from mrfit.signal.harmonics import HarmonicFit, Spectrum, series_at
 
@@ -61,34 +62,6 @@ class LoopEnergy:
     def area(self, resistance: float) -> float:
         """Return the loop's area ∮ i dλ in J at a resistance in Ω."""
         return self.supplied - resistance * self.squared
-
-
-@dataclass(frozen=True, slots=True)
-class Separation:
-    """Loop area of one amplitude, separated: area(f) = static + eddy·f − resistance_error·∮ i² dt (∝ 1/f).
-
-    Attributes
-    ----------
-    amplitude
-        Mean amplitude in A.
-    frequencies
-        Frequencies in Hz it rests on.
-    static, static_error
-        Static hysteresis loss per cycle in J, and its standard error.
-    eddy, eddy_error
-        Eddy-current loss per cycle and frequency in J/Hz, and its standard error.
-    resistance_error, resistance_error_error
-        Resistance used minus true resistance in Ω, and its standard error.
-    """
-
-    amplitude: float
-    frequencies: tuple[float, ...]
-    static: float
-    static_error: float
-    eddy: float
-    eddy_error: float
-    resistance_error: float
-    resistance_error_error: float
 
 
 def loop_of(voltage: Array, current: Array, dt: float, stretch: SteadyCycles, recording: str) -> LoopEnergy:
@@ -204,7 +177,7 @@ class LossesOverCurrent:
     solution: Array
     covariance: Array
 
-    def separations(self) -> list[Separation]:
+    def separations(self) -> list[SeparationRow]:
         """Return the static and the eddy loss of every loop at its current and frequency."""
         resistance = float(self.solution[-1]), float(np.sqrt(self.covariance[-1, -1]))
         found = []
@@ -214,8 +187,8 @@ class LossesOverCurrent:
             parts = np.zeros((2, len(row)))
             parts[0, :-2], parts[1, -2] = row[:-2], row[-2] / loop.frequency
             (static, eddy), errors = parts @ self.solution, np.sqrt(np.diag(parts @ self.covariance @ parts.T))
-            pairs = float(static), float(errors[0]), float(eddy), float(errors[1])
-            found.append(Separation(loop.amplitude, (loop.frequency,), *pairs, *resistance))
+            known = (float(static), float(errors[0]), float(eddy), float(errors[1]), *resistance)
+            found.append(_row(loop.amplitude, [loop.frequency], known))
         return found
 
 
@@ -249,7 +222,7 @@ def losses_over_current(loops: Sequence[LoopEnergy], resistances: dict[str, floa
     return LossesOverCurrent(tuple(loops), rows, solution, covariance)
 
 
-def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list[Separation]:
+def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list[SeparationRow]:
     """Return the separation of loop area for every amplitude, or for every loop where their amplitudes differ.
 
     Parameters
@@ -262,7 +235,7 @@ def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list
     grouped = groups(loops)
     if _of_uneven_amplitudes(loops, grouped):
         return losses_over_current(loops, resistances).separations()
-    separations: list[Separation] = []
+    separations: list[SeparationRow] = []
     for group in grouped:
         mean = float(np.mean([loop.amplitude for loop in group]))
         scale = np.array([(mean / loop.amplitude) ** 2 for loop in group])
@@ -271,8 +244,14 @@ def separate(loops: Sequence[LoopEnergy], resistances: dict[str, float]) -> list
         errors = np.array([_error(loop, resistances[loop.recording], mean) for loop in group]) * scale
         solution, covariance = _weighted(rows, areas, errors)
         pairs = [x for pair in zip(solution, np.sqrt(np.diag(covariance)), strict=True) for x in pair]
-        separations.append(Separation(mean, distinct_frequencies(group), *(float(x) for x in pairs)))
+        separations.append(_row(mean, list(distinct_frequencies(group)), [float(x) for x in pairs]))
     return separations
+
+
+def _row(amplitude: float, frequencies: list[float], parts: Sequence[float]) -> SeparationRow:
+    """Return a row of the static loss, the eddy-current loss and the error of R, each before its standard error."""
+    names = ("static", "static_error", "eddy", "eddy_error", "resistance_error", "resistance_error_error")
+    return SeparationRow(amplitude=amplitude, frequencies=frequencies, **dict(zip(names, parts, strict=True)))
 
 
 def _weighted(rows: Array, values: Array, errors: Array) -> tuple[Array, Array]:

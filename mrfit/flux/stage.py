@@ -23,7 +23,6 @@ from mrfit.flux.integral import IntegralDrift, drift_removed, integral_on_disk, 
 from mrfit.flux.losses import (
     NEEDED_LOOPS,
     LoopEnergy,
-    Separation,
     distinct_frequencies,
     estimate_resistance,
     loop_of,
@@ -410,12 +409,12 @@ def _summary(
         resistance=float(np.median(list(values.values()))) if values else None,
         recordings=rows,
         findings=[f"{r.id}: bias-change: {r.finding}" for r in rows if r.finding],
-        separation=[SeparationRow(**asdict(s)) for s in separations],
+        separation=separations,
         separation_text=told,
     )
 
 
-def _in_words(separation: Separation) -> str:
+def _in_words(separation: SeparationRow) -> str:
     frequencies = ", ".join(f"{f:.3g}" for f in separation.frequencies)
     return (
         f"{separation.amplitude:.3g} A ({frequencies} Hz): loop area = "

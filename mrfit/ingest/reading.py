@@ -15,9 +15,9 @@ from mrfit.core.recording import Finding, Recording
 from mrfit.errors import MrfitError
 from mrfit.ingest.blocks import BlockTables, text_blocks
 from mrfit.ingest.build import LogOrigin, build
-from mrfit.ingest.containers.apart import read_apart
 from mrfit.ingest.containers.memory import out_of_memory, shown
 from mrfit.ingest.containers.shelf import Shelf, check_disk
+from mrfit.ingest.containers.subprocess_reader import read_in_subprocess
 from mrfit.ingest.dispatch import FALLBACK
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY, Watch, watched
 from mrfit.ingest.meaning.channel_map import Rules
@@ -180,7 +180,7 @@ def _refusal_of(error: Exception, path: Path, item: LogItem) -> Refusal:
 
 def _whole(module: Reader, reader: str, source: Source) -> list[Table]:
     if module.SPEC.fragile:
-        tables = read_apart(reader, source)
+        tables = read_in_subprocess(reader, source)
     else:
         _check_memory(source)
         tables = (

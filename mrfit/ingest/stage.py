@@ -15,12 +15,12 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
 from mrfit.errors import ConfigError, DataError
-from mrfit.ingest.copies import part_copies
 from mrfit.ingest.dispatch import expand, look, part_of
-from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.duplicates import part_duplicates
 from mrfit.ingest.elsewhere import outcomes
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.low_pass import checked
+from mrfit.ingest.manifest import Manifest
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import condition_words, name_expression
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, look_into
@@ -48,8 +48,8 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     Returns
     -------
     IngestFile
-        Recordings, refused logs and copies (see ``part_copies``); of this call the sources added, replaced (and why)
-        and unchanged.
+        Recordings, refused logs and copies (see ``part_duplicates``); of this call the sources added, replaced (and
+        why) and unchanged.
 
     Raises
     ------
@@ -59,8 +59,8 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
         If no file could be read; the workspace is then as it was.
     """
     plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
-    before = Earlier(workspace)
-    copies, plan = part_copies(plan, before)
+    before = Manifest(workspace)
+    copies, plan = part_duplicates(plan, before)
     fresh = [(item, key) for item, key in plan if not before.holds(item, key)]
     held = [before.source(item) for item, key in plan if before.holds(item, key)]
     kept = [s for s in held if before.ids(s)]
@@ -74,8 +74,9 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
         staged = _read_all(fresh, before, staging, (settings, progress))
         staged.files |= restored
         read = [s for s, rows in staged.recordings.items() if rows]
-        _check_any([*kept, *held_once, *read], [*refusals, *staged.refusals])
-        return _commit(workspace, staging, before, staged, kept=kept, unread=refusals, copies=copies)
+        staged.refusals = [*refusals, *staged.refusals]
+        _check_any([*kept, *held_once, *read], staged.refusals)
+        return _commit(workspace, staging, before, staged, kept, copies)
 
 
 @contextmanager
@@ -163,7 +164,7 @@ def read(paths: Sequence[Path], settings: Settings, progress: Progress = silent)
     with temporary.folder("ingest") as place:
         # numbers of a log longer than eight blocks lie there meanwhile
         pieces = BlockReading(place, settings.block, progress)
-        plan = part_copies(plan, Earlier(Workspace(place)))[1]
+        plan = part_duplicates(plan, Manifest(Workspace(place)))[1]
         for number, outcome in enumerate(outcomes([item for item, _ in plan], pieces, settings.jobs), start=1):
             refusals += outcome.refusals
             recordings += [_in_memory(r) for r in _named(outcome, outcome.item.source, taken)]
@@ -314,7 +315,7 @@ class _StageResults:
 
 def _read_all(
     fresh: list[tuple[LogItem, str]],
-    before: Earlier,
+    before: Manifest,
     staging: Workspace,
     how: tuple[Settings, Progress],
 ) -> _StageResults:
@@ -364,19 +365,17 @@ def _check_any(read: list[str], refusals: list[Refusal]) -> None:
 def _commit(
     workspace: Workspace,
     staging: Workspace,
-    before: Earlier,
+    before: Manifest,
     staged: _StageResults,
-    *,
     kept: list[str],
-    unread: list[Refusal],
     copies: list[Copy],
 ) -> IngestFile:
     """Move the staged recordings into place, write ingest.json, remove what they replace.
 
-    ``kept`` are the sources that were not read again, ``unread`` the files that no reader takes.
+    ``kept`` are the sources that were not read again.
     """
     dropped = {c.source for c in copies if not c.read}
-    refused = [_refused_row(r, kept, staged, before) for r in (*unread, *staged.refusals)]
+    refused = [_refused_row(r, kept, staged, before) for r in staged.refusals]
     old = [r for r in before.summary.recordings if r.source not in dropped | staged.recordings.keys()]
     new = [r for rows in staged.recordings.values() for r in rows]
     for row in new:
@@ -414,13 +413,13 @@ def _commit(
     return summary
 
 
-def _code(before: Earlier, older: bool) -> str:
+def _code(before: Manifest, older: bool) -> str:
     """Return the version of the code that read all there is; empty where some of it is ``older``, read by another."""
     this = code_version("ingest")
     return this if not older or before.summary.code == this else ""
 
 
-def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _StageResults, before: Earlier) -> Refused:
+def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _StageResults, before: Manifest) -> Refused:
     """Return a refusal for ingest.json; a log that can no longer be read keeps the recordings made of it before."""
     source = before.name(refusal.path)
     row = Refused(source=source, reason=refusal.reason, remedy=refusal.remedy)
@@ -429,7 +428,7 @@ def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _StageResults, b
     return replace(row, remedy=refusal.remedy.removesuffix(KEPT_BEFORE) + KEPT_BEFORE, kept=True)
 
 
-def _remove_stale(workspace: Workspace, before: Earlier, ids: set[str]) -> None:
+def _remove_stale(workspace: Workspace, before: Manifest, ids: set[str]) -> None:
     for row in before.summary.recordings:
         if row.id not in ids:
             workspace.recording_file(row.id).unlink(missing_ok=True)

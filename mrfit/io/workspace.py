@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from mrfit.core import temporary
 from mrfit.core.counting import number_of
@@ -30,8 +30,11 @@ from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import Document, File, load, of_json, of_row, parsed
 from mrfit.io.schemas.reading import plain as plain
-from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
+from mrfit.io.schemas.stages import AS_RECORDED, RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
 from mrfit.io.unreadable import UNREADABLE, reading
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.discovery import DiscoveryFile
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 """Ids of recordings, which name files."""
@@ -408,19 +411,12 @@ class Workspace:
         if [c.name for c in about.channels] != list(columns):
             raise DataError(f"{path}: damaged: its channels are not those it names; {remedy}")
         return Recording(
-            id=about.id,
-            source=about.source,
-            sha256=about.sha256,
-            reader=about.reader,
-            dt=about.dt,
-            start=about.start,
+            **{name: getattr(about, name) for name in AS_RECORDED},
             channels=columns,
             units={c.name: c.unit for c in about.channels},
             columns={c.name: c.column for c in about.channels if c.column is not None},
             condition={name: value for name, value in about.condition.items() if value is not None},
             wording=about.wording,
-            rows_kept=about.rows_kept,
-            rows_refused=about.rows_refused,
             findings=tuple(Finding(f.kind, f.channel, f.at, f.text) for f in about.findings),
             history=tuple(about.history),
         )
@@ -500,6 +496,25 @@ class Workspace:
             If it is damaged.
         """
         return load(self.fit_folder(name) / "fit.json", Fit, "delete it and run `mrfit fit` again")
+
+    def discovery(self) -> "DiscoveryFile":
+        """Return the last discovery.
+
+        Raises
+        ------
+        DataError
+            If there is none, or it is damaged.
+        """
+        # its schema takes longer to load than a short command
+        from mrfit.io.schemas.discovery import DiscoveryFile
+
+        path = self.root / "discover" / "discovery.json"
+        found = load(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
+        if found is None:
+            raise DataError(
+                f"{self.root}: no discovery here; run `mrfit discover --model NAME --work {self.root}` first"
+            )
+        return found
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""

@@ -25,6 +25,8 @@ INPUTS: tuple[float, ...] = ()
 PARAMETERS: tuple[float, ...] = ()
 STATE: tuple[float, ...] = ()
 LATE = OWN = 0
+# Places of inputs at each end of a step, those at its end behind those at its beginning
+WIRED = 16
 
 
 def law(*values: Any) -> Any:
@@ -44,32 +46,14 @@ def _respond(drive: Array, theta: Array, steps: Array) -> Array:
     varying, last = theta.shape[1] > 1, len(steps) - 1
     inputs, parameters = drive.ravel(), theta.ravel()
     out = np.empty((len(theta), len(drive)))
+    past = np.empty(RESERVED + OWN + len(drive) * (LATE + 1) if LATE + OWN > 0 else 0)
     for p in range(len(theta)):
         place = p * theta.shape[1] * len(PARAMETERS)
         now, then = row(inputs, 0, INPUTS), row(parameters, place, PARAMETERS)
         state = rest(now, then)
-        out[p, 0], state = step(state, now, now, (then, then), 0.0)
-        for j in range(1, len(drive)):
-            before, now, here = now, row(inputs, j * len(INPUTS), INPUTS), then
-            if varying:
-                here = row(parameters, place + j * len(PARAMETERS), PARAMETERS)
-            out[p, j], state = step(state, before, now, (then, here), steps[min(j, last)])
-            then = here
-    return out
-
-
-def _respond_late(drive: Array, theta: Array, steps: Array) -> Array:
-    """Return the same of an element whose step takes the past."""
-    varying, last = theta.shape[1] > 1, len(steps) - 1
-    inputs, parameters = drive.ravel(), theta.ravel()
-    out = np.empty((len(theta), len(drive)))
-    past = np.empty(RESERVED + OWN + len(drive) * (LATE + 1))
-    for p in range(len(theta)):
-        begun(past, len(drive), LATE, OWN)
-        place = p * theta.shape[1] * len(PARAMETERS)
-        now, then = row(inputs, 0, INPUTS), row(parameters, place, PARAMETERS)
-        state = rest(now, then)
-        pushed(past, state, 0.0)
+        if LATE + OWN > 0:
+            begun(past, len(drive), LATE, OWN)
+            pushed(past, state, 0.0)
         out[p, 0], state = step(state, now, now, (then, then), 0.0, past)
         for j in range(1, len(drive)):
             before, now, here = now, row(inputs, j * len(INPUTS), INPUTS), then
@@ -77,7 +61,8 @@ def _respond_late(drive: Array, theta: Array, steps: Array) -> Array:
                 here = row(parameters, place + j * len(PARAMETERS), PARAMETERS)
             dt = steps[min(j, last)]
             out[p, j], state = step(state, before, now, (then, here), dt, past)
-            pushed(past, state, dt)
+            if LATE + OWN > 0:
+                pushed(past, state, dt)
             then = here
     return out
 
@@ -124,56 +109,46 @@ def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Response:
 @cache
 def _loop(name: str, step: Step, rest: Rest, sizes: tuple[int, int, int, int]) -> Any:
     inputs, parameters, late, numbers = sizes
-    template = _respond_late if late or numbers else _respond
     own = step.__module__.startswith("mrfit.")
-    parts: dict[str, Any] = {"step": kernel(step, own), "rest": kernel(rest, own), "LATE": late, "OWN": numbers}
-    parts |= {"INPUTS": (0.0,) * inputs, "PARAMETERS": (0.0,) * parameters}
-    return kernel(copy_of(template, name, parts), own)
+    parts: dict[str, Any] = {"step": _with_past(name, step, late + numbers > 0, own), "rest": kernel(rest, own)}
+    parts |= {"LATE": late, "OWN": numbers, "INPUTS": (0.0,) * inputs, "PARAMETERS": (0.0,) * parameters}
+    return kernel(copy_of(_respond, name, parts), own)
 
 
-def _step_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+def _with_past(name: str, step: Step, reads: bool, own: bool) -> Step:
+    """Return a step, compiled, that takes a past, whether or not it reads one; ``own`` is of mrfit itself."""
+    made = kernel(step, own)
+    return made if reads else kernel(copy_of(_without_past, name, {"step": made}), own)
+
+
+def _step_entry(state: Any, following: Any, inputs: Any, theta: Any, dt: float, past: Any) -> Any:
     """Take a step by pointers; a negative dt asks for the state at rest."""
-    here = row(theta, len(PARAMETERS), PARAMETERS)
+    here, now = row(theta, len(PARAMETERS), PARAMETERS), row(inputs, WIRED, INPUTS)
     if dt < 0.0:
-        start = rest(row(now, 0, INPUTS), here)
+        start = rest(now, here)
         for k in range(len(STATE)):
             following[k] = start[k]
         return 0.0
     ends = (row(theta, 0, PARAMETERS), here)
-    value, after = step(row(state, 0, STATE), row(before, 0, INPUTS), row(now, 0, INPUTS), ends, dt)
+    value, after = step(row(state, 0, STATE), row(inputs, 0, INPUTS), now, ends, dt, past)
     for k in range(len(STATE)):
         following[k] = after[k]
     return value
 
 
-def _late_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
-    """Take a step of an element that knows the past."""
-    here = row(theta, len(PARAMETERS), PARAMETERS)
-    if dt < 0.0:
-        start = rest(row(now, 0, INPUTS), here)
-        for k in range(len(STATE)):
-            following[k] = start[k]
-        return 0.0
-    ends = (row(theta, 0, PARAMETERS), here)
-    value, after = step(row(state, 0, STATE), row(before, 0, INPUTS), row(now, 0, INPUTS), ends, dt, past)
-    for k in range(len(STATE)):
-        following[k] = after[k]
-    return value
-
-
-def _law_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+def _law_entry(state: Any, following: Any, inputs: Any, theta: Any, dt: float, past: Any) -> Any:
     """Evaluate a law without memory."""
-    return law(*(row(now, 0, INPUTS) + row(theta, len(PARAMETERS), PARAMETERS)))
+    return law(*(row(inputs, WIRED, INPUTS) + row(theta, len(PARAMETERS), PARAMETERS)))
 
 
-def _constant_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+def _constant_entry(state: Any, following: Any, inputs: Any, theta: Any, dt: float, past: Any) -> Any:
     """Evaluate a law of no input."""
     return law(*row(theta, len(PARAMETERS), PARAMETERS))
 
 
-def _factors_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+def _factors_entry(state: Any, following: Any, inputs: Any, theta: Any, dt: float, past: Any) -> Any:
     """Evaluate factors of roles."""
-    found = law(*(row(now, 0, INPUTS) + row(theta, len(PARAMETERS), PARAMETERS)))
+    found = law(*(row(inputs, WIRED, INPUTS) + row(theta, len(PARAMETERS), PARAMETERS)))
     for k in range(len(STATE)):
         following[k] = found[k]
     return 0.0
@@ -188,6 +163,11 @@ class Entry:
     state: int = 0
     late: int = 0
     own: int = 0
+
+
+def _without_past(state: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Take a step of an element that knows its state alone."""
+    return step(state, before, now, theta, dt)
 
 
 def _on_curve(state: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
@@ -217,13 +197,14 @@ def entry_of(item: Any, curved: bool = False) -> Entry:
         size = len(rest_on_curve(zeros, theta))
         on_curve = copy_of(_on_curve, spec.name, {"step": kernel(item.step_on_curve, own)})
         parts |= {"step": kernel(on_curve, own), "rest": kernel(rest_on_curve)}
-        template: Any = _late_entry
+        template: Any = _step_entry
     elif isinstance(item, HasStep):
         own = item.step.__module__.startswith("mrfit.")
         late, numbers = getattr(item, "LATE", 0), getattr(item, "OWN", 0)
-        parts |= {"step": kernel(item.step, own), "rest": kernel(item.rest, own)}
+        stepped = _with_past(spec.name, item.step, late + numbers > 0, own)
+        parts |= {"step": stepped, "rest": kernel(item.rest, own)}
         size = len(item.rest(zeros, tuple(p.start for p in spec.params)))
-        template = _late_entry if late or numbers else _step_entry
+        template = _step_entry
     else:
         own = item.law.__module__.startswith("mrfit.")
         parts |= {"law": kernel(item.law, own)}

@@ -287,7 +287,7 @@ def address_of(function: Callable[..., Any], kept: bool) -> int:
     """Compile a function of the pointers that ``call`` passes; return its address."""
     real: Any = numba.float64
     pointer = numba.types.CPointer(real)  # type: ignore[no-untyped-call]
-    signature = real(*[pointer] * 5, real, pointer)
+    signature = real(*[pointer] * 4, real, pointer)
     options: Any = {"cache": kept, "error_model": "numpy", "fastmath": {"contract"}}
     made = numba.cfunc(signature, **options)(function)
     _alive.append(made)
@@ -299,11 +299,11 @@ _alive: list[Any] = []
 
 
 def _call(  # noqa: PLR0913
-    typing: Any, address: Any, state: Any, i: Any, following: Any, j: Any, before: Any, k: Any, now: Any, m: Any,
-    theta: Any, n: Any, dt: Any, past: Any, q: Any,
+    typing: Any, address: Any, state: Any, i: Any, following: Any, j: Any, inputs: Any, k: Any, theta: Any, n: Any,
+    dt: Any, past: Any, q: Any,
 ) -> Any:  # fmt: skip
     """Call a compiled function at an address: arrays, each with the place from which it sees them, and dt."""
-    arrays = (state, following, before, now, theta, past)
+    arrays = (state, following, inputs, theta, past)
 
     def build(target: Any, builder: Any, signature: Any, given: Any) -> Any:
         from llvmlite import ir  # type: ignore[import-untyped]
@@ -312,11 +312,11 @@ def _call(  # noqa: PLR0913
             data = target.make_array(signature.args[index])(target, builder, given[index]).data
             return builder.gep(data, [given[index + 1]])
 
-        passed = [*(place(index) for index in (1, 3, 5, 7, 9)), given[11], place(12)]
+        passed = [*(place(index) for index in (1, 3, 5, 7)), given[9], place(10)]
         shape = ir.FunctionType(ir.DoubleType(), [a.type for a in passed])
         return builder.call(builder.inttoptr(given[0], shape.as_pointer()), passed)
 
-    pairs = [kind for array in arrays[:5] for kind in (array, numba.intp)]
+    pairs = [kind for array in arrays[:4] for kind in (array, numba.intp)]
     return numba.float64(numba.int64, *pairs, numba.float64, past, numba.intp), build
 
 

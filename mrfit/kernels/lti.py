@@ -163,17 +163,18 @@ def cascade_kept(past: Any, first: int, poles: Any, dt: float) -> None:
 
 
 @kernel
-def cascade_step(states: Any, poles: Any, before: float, now: float, dt: float, past: Any, own: int) -> Any:
+def cascade_step(states: Any, poles: Any, ends: tuple[float, float], dt: float, past: Any, own: int) -> Any:
     """Return the states of a cascade of poles in 1/s, tuples, after a step over which its input goes linearly.
 
-    It keeps n*(n + 3) numbers for n poles in the past, from the own number ``own`` on.
+    The input is ``ends`` at both ends of the step. It keeps n*(n + 3) numbers for n poles in the past, from the own
+    number ``own`` on.
     """
     order, first = len(poles), RESERVED + own
     following = np.zeros(order)
     cascade_kept(past, first, poles, dt)
     for i in range(order):
         at = first + order * (i + 1) + 2 * i
-        following[i] = past[at] * (now - before) + past[at + 1] * before
+        following[i] = past[at] * (ends[1] - ends[0]) + past[at + 1] * ends[0]
         for k in range(i + 1):
             following[i] += past[at + 2 + k] * states[k]
     return row(following, 0, states)

@@ -24,6 +24,7 @@ from mrfit.kernels.powers import log2, power
 Inner = tuple[float, float, float, float, float, float, float, float]
 Element = tuple[float, float, float, float, float, float, float]
 Pair = tuple[float, float]
+Rates = tuple[float, float, float]
 LANES = 8
 # Bound on a sub-step's error estimate, as a share of the saturated element's force. The estimate is that of order 2 and
 # some hundred times the error of the result.
@@ -53,7 +54,7 @@ def _element(inner: Inner) -> Element:
 
 
 @inlined
-def _rates(xi: float, z: float, v: float, element: Element) -> tuple[float, float, float]:
+def _rates(xi: float, z: float, v: float, element: Element) -> Rates:
     """Return w = dxi/dt, dz/dxi, and the power of z in it."""
     gain, a, k, growth, beta, gamma, n = element
     w = gain * v - a * z - k * xi
@@ -62,11 +63,10 @@ def _rates(xi: float, z: float, v: float, element: Element) -> tuple[float, floa
 
 
 @inlined
-def _drift(  # noqa: PLR0913
-    state: Pair, w: float, raised: float, ends: Pair, h: float, then: Inner, here: Inner
-) -> Pair:
+def _drift(state: Pair, rates: Rates, ends: Pair, h: float, then: Inner, here: Inner) -> Pair:
     """Return the rates at which w and dz/dxi change by time alone, as velocity and parameters do over h s."""
     xi, z = state
+    w, _, raised = rates
     c0, c_inf, k_inf, alpha, growth, beta, gamma, n = then
     d0, d_inf, l_inf, delta, more, bend, turn, m = here
     side, r = math.copysign(1.0, w * z), 1.0 / h
@@ -79,16 +79,17 @@ def _drift(  # noqa: PLR0913
 
 
 @inlined
-def _tried(  # noqa: PLR0913
-    state: Pair, rates: Pair, drift: Pair, v_end: float, before: Element, here: Element, h: float
+def _tried(
+    state: Pair, rates: Rates, drift: Pair, v_end: float, elements: tuple[Element, Element], h: float
 ) -> tuple[float, float, float, float]:
     """Return xi and z after a sub-step of h s, and the last stage's share in both, which is its error.
 
-    ``rates`` are those at its beginning, ``drift`` what they change by in time, per s.
+    ``rates`` are those at its beginning, ``drift`` what they change by in time, per s, ``elements`` those at its ends.
     """
     xi, z = state
-    w, f = rates
+    w, f, _ = rates
     w_t, f_t = drift
+    before, here = elements
     _, a, k, growth, _, _, n = before
     r = 1.0 / h
     f_z = -n * (growth - f) / math.copysign(max(abs(z), 1e-100), z)
@@ -122,22 +123,24 @@ def _held_step(
     """Return the same of a sub-step ``done`` s into a step over which velocity is linear and parameters hold."""
     slope = (ends[1] - ends[0]) / dt
     v = ends[0] + slope * done
-    w, f, _ = _rates(state[0], state[1], v, element)
-    return _tried(state, (w, f), (element[0] * slope, 0.0), v + slope * h, element, element, h)
+    rates = _rates(state[0], state[1], v, element)
+    return _tried(state, rates, (element[0] * slope, 0.0), v + slope * h, (element, element), h)
 
 
 @inlined
-def _moving_step(  # noqa: PLR0913
-    state: Pair, ends: Pair, done: float, h: float, dt: float, then: Inner, here: Inner
+def _moving_step(
+    state: Pair, ends: Pair, done: float, h: float, dt: float, parameters: tuple[Inner, Inner]
 ) -> tuple[float, float, float, float]:
-    """Return the same where parameters are linear too."""
+    """Return the same where parameters are linear between those at both ends of the step, too."""
+    then, here = parameters
     share = 1.0 / dt
     first, last = share * done, share * (done + h)
     v, v_end = ends[0] + first * (ends[1] - ends[0]), ends[0] + last * (ends[1] - ends[0])
     low, high = _between(then, here, first), _between(then, here, last)
     before = _element(low)
-    w, f, raised = _rates(state[0], state[1], v, before)
-    return _tried(state, (w, f), _drift(state, w, raised, (v, v_end), h, low, high), v_end, before, _element(high), h)
+    rates = _rates(state[0], state[1], v, before)
+    drift = _drift(state, rates, (v, v_end), h, low, high)
+    return _tried(state, rates, drift, v_end, (before, _element(high)), h)
 
 
 @inlined
@@ -159,8 +162,8 @@ def _attempt(work: Array, ends: Pair, dt: float, limit: float, moving: bool) -> 
         first, shape = (work[at], work[at + LANES], work[at + 2 * LANES]), (work[at + 5 * LANES], work[at + 6 * LANES])
         element = *first, work[at + 3 * LANES], work[at + 4 * LANES], *shape
         if moving:
-            then, here = _lane(work, _THEN + lane), _lane(work, _HERE + lane)
-            xi_end, z_end, x4, z4 = _moving_step((xi, z), ends, done, h, dt, then, here)
+            parameters = _lane(work, _THEN + lane), _lane(work, _HERE + lane)
+            xi_end, z_end, x4, z4 = _moving_step((xi, z), ends, done, h, dt, parameters)
         else:
             xi_end, z_end, x4, z4 = _held_step((xi, z), ends, done, h, dt, element)
         error = work[_SCALE + lane] * (element[1] * abs(z4) + element[2] * abs(x4)) + 1e-12
@@ -324,7 +327,7 @@ def spencer_step(
         if held:
             xi_end, z_end, x4, z4 = _held_step((xi, z), ends, done, h, dt, element)
         else:
-            xi_end, z_end, x4, z4 = _moving_step((xi, z), ends, done, h, dt, then, here)
+            xi_end, z_end, x4, z4 = _moving_step((xi, z), ends, done, h, dt, (then, here))
         error = min(scale * (a * abs(z4) + k * abs(x4)) + 1e-12, 1e30)
         factor = _factor(error)
         if error <= 1.0 or h < 1e-9 * dt or last:

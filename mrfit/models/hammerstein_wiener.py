@@ -88,11 +88,11 @@ def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past
     _, (c_pre, c_post, a, b, p1, p2, p3, p4, omega, xi, q1, q2, zero, tau, f0) = theta
     v, i = now
     ago = late(past, 0, tau, dt, i)
-    m1, m2 = cascade_step((state[2], state[3]), (q1, q2), state[1], ago, dt, past, 0)
+    m1, m2 = cascade_step((state[2], state[3]), (q1, q2), (state[1], ago), dt, past, 0)
     magnetising = passed((q1, q2), (1.0 / zero, 0.0), (m1, m2), ago, 0.0)
     force = static_map(v, magnetising, c_pre, c_post, a, b, 0.0)
     before_h = (state[5], state[6], state[7], state[8])
-    h1, h2, h3, h4 = cascade_step(before_h, (p1, p2, p3, p4), state[4], force, dt, past, 2 * 5)
+    h1, h2, h3, h4 = cascade_step(before_h, (p1, p2, p3, p4), (state[4], force), dt, past, 2 * 5)
     zeros = (2.0 * xi / omega, 1.0 / omega**2)
     lagged = passed((p1, p2, p3, p4), zeros, (h1, h2, h3, h4), force, 0.0)
     return lagged + f0, (i, ago, m1, m2, force, h1, h2, h3, h4)

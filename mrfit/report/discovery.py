@@ -23,7 +23,7 @@ from mrfit.io.schemas.discovery import (
 from mrfit.io.workspace import Workspace, write_text
 from mrfit.report.curves import prefixed
 from mrfit.report.discovery_figures import figures_of, taken_by
-from mrfit.report.discovery_source import Discovery, files_of, read_discovery, read_found
+from mrfit.report.discovery_source import Discovery, files_of, read_discovery
 from mrfit.report.explain import (
     UNJUDGED,
     ParameterText,
@@ -81,7 +81,7 @@ def run(workspace: Workspace, progress: Progress = silent) -> Page:
         If there is no discovery, or its files cannot be read or written.
     """
     path = workspace.root / "discover" / "discovery.html"
-    read_found(workspace)
+    workspace.discovery()
     key = _key(workspace)
     if path.is_file() and f'content="{key}"' in path.read_text(encoding="utf-8", errors="replace")[:1000]:
         return Page(path, skipped=True)
@@ -99,7 +99,7 @@ def advice(workspace: Workspace) -> Advice:
     DataError
         If there is no discovery.
     """
-    found = read_found(workspace)
+    found = workspace.discovery()
     reason = Inputs(workspace).reason(found, discovery_key, "discover") if found.settings else ""
     return Advice(found.base_model, found.verdict, found.ambiguous_set, found.advice, bool(reason), reason)
 

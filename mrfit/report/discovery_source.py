@@ -12,7 +12,6 @@ from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
-from mrfit.io.schemas.reading import load
 from mrfit.io.tables import read_table
 from mrfit.io.unreadable import reading
 from mrfit.io.workspace import Workspace
@@ -128,23 +127,6 @@ def files_of(workspace: Workspace) -> tuple[Path, Path]:
     return folder / "discovery.json", folder / "residuals.parquet"
 
 
-def read_found(workspace: Workspace) -> DiscoveryFile:
-    """Return discovery.json.
-
-    Raises
-    ------
-    DataError
-        If there is no discovery.
-    """
-    path = files_of(workspace)[0]
-    found = load(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
-    if found is None:
-        raise DataError(
-            f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
-        )
-    return found
-
-
 def read_discovery(workspace: Workspace) -> Discovery:
     """Return the workspace's discovery.
 
@@ -153,7 +135,7 @@ def read_discovery(workspace: Workspace) -> Discovery:
     DataError
         If there is none, or its files do not go with the segments.
     """
-    found = read_found(workspace)
+    found = workspace.discovery()
     output = registry.load("model", found.base_model.partition("+")[0]).SPEC.output
     listed = found.segments
     if not listed:

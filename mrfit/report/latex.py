@@ -219,10 +219,6 @@ def _float(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _note(note: str, width: float) -> str:
-    return rf"\par\smallskip\parbox{{{width:.0f}pt}}{{\raggedright {note}}}"
-
-
 def _letter(letter: str, width: float) -> str:
     return f"p{{{width:.0f}pt}}" if letter == "t" else letter
 

@@ -5,24 +5,18 @@ from dataclasses import dataclass
 
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import Segment
-from mrfit.io.schemas.stages import About, FluxFile, FluxRow, FoundOddity
+from mrfit.io.schemas.stages import About, FluxFile, FluxRow
 from mrfit.report.numbers import MISSING_NUMBER, in_html, natural, significant, unit_html
 from mrfit.report.tables import ROLE_WORDS
 
 
 @dataclass(frozen=True)
 class RecordingRow:
-    """A recording: where it came from, its rate and channels in words, what was odd, and how it was made."""
+    """A recording, with its rate and channels in words."""
 
-    id: str
-    source: str
-    reader: str
-    rows_kept: int
-    rows_refused: int
+    about: About
     rate: str
     channels: str
-    findings: Sequence[FoundOddity]
-    history: Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -51,37 +45,26 @@ class FluxSection:
 
 @dataclass(frozen=True)
 class SegmentRow:
-    """A segment, quantities with their unit."""
+    """A segment, with its role and quantities in words."""
 
-    id: str
-    condition: str
+    segment: Segment
     role: str
-    waveform: str
-    drive: str
     frequency: str
     amplitude: str
-    cycles: int
     current: str
     temperature: str
-    samples: int
-    warm_up: int
 
 
 def recording_row(about: About) -> RecordingRow:
     """Return one recording with its channels, and sample rate as text."""
     return RecordingRow(
-        id=about.id,
-        source=about.source,
-        reader=about.reader,
-        rows_kept=about.rows_kept,
-        rows_refused=about.rows_refused,
+        about,
         rate=_with_unit(1.0 / about.dt, "Hz", 4),
         channels=", ".join(f"{c.name} ({unit_html(c.unit) or '1'})" for c in about.channels),
-        findings=about.findings,
-        history=about.history,
     )
 
 
+_IN_WORDS = ("lambda0", "offset_volt", "closure_rms", "loop_area")
 _DRIFTS = {"cycle": "drift removed cycle by cycle", "linear": "one linear drift removed", "none": "no drift removed"}
 
 
@@ -112,10 +95,7 @@ def _flux_row(row: FluxRow) -> ResistanceRow:
         id=row.id,
         resistance=f"{text} ± {in_html(significant(error, 2))}" if error else text,
         source=row.resistance_source,
-        lambda0=in_html(significant(row.lambda0)),
-        offset_volt=in_html(significant(row.offset_volt)),
-        closure_rms=in_html(significant(row.closure_rms)),
-        loop_area=in_html(significant(row.loop_area)),
+        **{name: in_html(significant(getattr(row, name))) for name in _IN_WORDS},
     )
 
 
@@ -123,18 +103,12 @@ def segment_rows(segments: Sequence[Segment]) -> list[SegmentRow]:
     """Return the rows of the table of segments in natural order, quantities with their unit."""
     return [
         SegmentRow(
-            id=s.id,
-            condition=s.condition,
+            s,
             role=ROLE_WORDS.get(s.role, s.role),
-            waveform=s.waveform,
-            drive=s.drive,
             frequency=_with_unit(s.frequency or None, "Hz"),
             amplitude=_with_unit(s.amplitude, unit_html(unit_of(s.drive))),
-            cycles=s.cycles,
             current=_with_unit(s.current, "A"),
             temperature=_with_unit(s.temperature, "°C"),
-            samples=s.samples,
-            warm_up=s.warm_up,
         )
         for s in sorted(segments, key=lambda s: natural(s.id))
     ]

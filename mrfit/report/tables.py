@@ -9,7 +9,7 @@ from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, Quantity, Result
 from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, with_uncertainty, words
 from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
 from mrfit.report.output_unit import output_unit
-from mrfit.report.ranking import above_best, ranked
+from mrfit.report.ranking import RankedFit, above_best, ranked
 from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
 from mrfit.simulate.current_dependence import CurrentNode, base_name, node_of
@@ -17,22 +17,22 @@ from mrfit.simulate.current_levels import exact_parameters
 
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLE_WORDS = {"train": "training", "holdout": "hold-out"}
-COMPARISON_COLUMNS = (
-    "fit",
-    "model",
-    "output",
-    "held_out",
-    "holdout_nrmse",
-    "train_nrmse",
-    "noise_floor",
-    "train_samples",
-    "parameters",
-    "well",
-    "poorly",
-    "not_determined",
-    "aic",
-    "bic",
-)
+COMPARISON_COLUMNS: Mapping[str, Callable[[RankedFit], object]] = {
+    "fit": lambda r: r.fit.name,
+    "model": lambda r: r.fit.model,
+    "output": lambda r: r.fit.output,
+    "held_out": lambda r: r.held_out,
+    "holdout_nrmse": lambda r: r.holdout,
+    "train_nrmse": lambda r: r.train,
+    "noise_floor": lambda r: r.floor,
+    "train_samples": lambda r: r.samples,
+    "parameters": lambda r: r.count.free,
+    "well": lambda r: r.count.well,
+    "poorly": lambda r: r.count.poorly,
+    "not_determined": lambda r: r.count.undetermined,
+    "aic": lambda r: r.aic,
+    "bic": lambda r: r.bic,
+}
 
 
 def parameters_csv(fits: Sequence[Fit]) -> str:
@@ -242,23 +242,5 @@ def comparison_csv(fits: Sequence[Fit]) -> str:
 
     Errors are NRMSE as fractions; ``aic`` and ``bic`` hold up to a constant of the data.
     """
-    rows = (
-        {
-            "fit": r.fit.name,
-            "model": r.fit.model,
-            "output": r.fit.output,
-            "held_out": r.held_out,
-            "holdout_nrmse": r.holdout,
-            "train_nrmse": r.train,
-            "noise_floor": r.floor,
-            "train_samples": r.samples,
-            "parameters": r.count.free,
-            "well": r.count.well,
-            "poorly": r.count.poorly,
-            "not_determined": r.count.undetermined,
-            "aic": r.aic,
-            "bic": r.bic,
-        }
-        for r in ranked(fits)
-    )
-    return csv_table(COMPARISON_COLUMNS, rows)
+    rows = ({name: of(r) for name, of in COMPARISON_COLUMNS.items()} for r in ranked(fits))
+    return csv_table(tuple(COMPARISON_COLUMNS), rows)

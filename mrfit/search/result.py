@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mrfit.core.specs import Array
+from mrfit.io.schemas.fit import SearchStage
 from mrfit.optimizers.cost.objective import DescentEnd
 
 Ending = Literal["finished", "budget", "time", "stalled"]
@@ -47,30 +48,6 @@ class ChainLink:
     preliminary: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class StageResult:
-    """What one stage of a staged identification did.
-
-    Attributes
-    ----------
-    stage, test
-        Its name, and the kind of test in which its part of the model acts alone.
-    segments
-        Ids of the tests it was fitted to; none where there were none of the kind.
-    parameters
-        Names of the parameters it fitted, or left to a later stage.
-    cost, evaluations
-        Cost over these segments, and evaluations; None where there were none.
-    """
-
-    stage: str
-    test: str
-    segments: tuple[str, ...]
-    parameters: tuple[str, ...]
-    cost: float | None = None
-    evaluations: int | None = None
-
-
 @dataclass(frozen=True)
 class SearchResult:
     """Where a search ended.
@@ -101,7 +78,7 @@ class SearchResult:
     links: tuple[ChainLink, ...]
     descents: tuple[DescentEnd, ...] = ()
     agreeing: int = 0
-    stages: tuple[StageResult, ...] = ()
+    stages: tuple[SearchStage, ...] = ()
 
     @property
     def success(self) -> bool:

@@ -23,7 +23,7 @@ from mrfit.search.coarse_to_fine import thinned
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits, SearchContext, no_progress, own_generator, seconds_left
 from mrfit.search.problem import LeastSquaresProblem, Problem, SegmentBlock, measured
-from mrfit.search.result import SearchResult, StageResult
+from mrfit.search.result import SearchResult
 from mrfit.search.strategy import Strategy
 from mrfit.signal.cycles import last_event
 from mrfit.simulate.current_dependence import base_name
@@ -130,7 +130,7 @@ def kind_of(block: SegmentBlock, inputs: Sequence[str]) -> str:
 
 def identify(
     posed: LeastSquaresProblem, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None
-) -> tuple[Array, tuple[StageResult, ...]]:
+) -> tuple[Array, tuple[SearchStage, ...]]:
     """Return parameters (K,) fitted stage after stage, each from where those before it ended, and what each stage did.
 
     The parameters of a stage whose tests are missing go to the next stage that has some.
@@ -150,7 +150,7 @@ def identify(
     """
     cube = posed.cube
     tests = [kind_of(b, posed.assembly.spec.inputs) for b in posed.blocks]
-    done: list[StageResult] = []
+    done: list[SearchStage] = []
     left: list[int] = []
     for stage in stages_of(model):
         own = [int(k) for k in cube.free if _belongs(cube.params[int(k)].name, stage)]
@@ -158,8 +158,8 @@ def identify(
             continue
         left += own
         members = [k for k, test in enumerate(tests) if test == stage.test]
-        segments, names = (posed.blocks[k].segment.id for k in members), (cube.params[k].name for k in left)
-        done.append(StageResult(stage.name, stage.test, tuple(segments), tuple(names)))
+        segments, names = [posed.blocks[k].segment.id for k in members], [cube.params[k].name for k in left]
+        done.append(SearchStage(stage=stage.name, test=stage.test, segments=segments, parameters=names))
         if members:
             free = np.array(sorted(left), dtype=np.int64)
             theta, ended = _fitted(posed, members, free, theta, rng, deadline)

@@ -25,9 +25,8 @@ def scaled(name: str, unit: str, row: QuantityRow | VerdictRow) -> tuple[float, 
 
 def interval_text(factor: float, value: float, low: float | None, high: float | None) -> tuple[str, str]:
     """Return a value and its interval times a factor."""
-    texts = with_interval(factor * value, *(None if v is None else factor * v for v in (low, high)))
-    middle, first, last = (in_html(text) for text in texts)
-    return middle, f"{first} to {last}" if first and last else "–"
+    middle, first, last = with_interval(factor * value, *(None if v is None else factor * v for v in (low, high)))
+    return in_html(middle), f"{in_html(first)} to {in_html(last)}" if first and last else "–"
 
 
 def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:

@@ -21,7 +21,7 @@ class Metric:
     Attributes
     ----------
     name
-        Key in ``error_metrics`` and column in ``metrics.csv``.
+        Key in ``ErrorSums.measures`` and column in ``metrics.csv``.
     label
         Heading in tables.
     unit
@@ -78,7 +78,11 @@ class ErrorSums:
     simulated_energy: float
 
     def measures(self) -> dict[str, float]:
-        """Return every error measure of ``METRICS`` by name, as ``error_metrics`` does."""
+        """Return every error measure of ``METRICS`` by name, in its unit.
+
+        nan where undefined: ``nrmse``, ``esr`` and ``fit_percent`` of a constant y, ``relative_rmse`` and ``err_peak``
+        of y = 0, ``err_energy`` without drive or without energy; all of a simulation that is not finite.
+        """
         mse, squares = self.errors / self.samples, self.squares / self.samples
         rmse = float(np.sqrt(mse))
         extent = self.high - self.low
@@ -98,7 +102,23 @@ class ErrorSums:
 def error_sums(
     measured: Array, simulated: Array, drive: Array | None = None, starts: Sequence[int] = (0,)
 ) -> ErrorSums:
-    """Return what the error measures are computed from; parameters and errors are those of ``error_metrics``."""
+    """Return what the error measures are computed from.
+
+    Parameters
+    ----------
+    measured, simulated
+        Output y and ŷ in the output's SI unit, both of shape (N,); segments of one condition one after the other.
+    drive
+        Channel the output does work against, shape (N,), SI: displacement for force, angle for torque, current for
+        flux linkage, flux linkage for current. None leaves ``err_energy`` undefined.
+    starts
+        Index of every segment's first sample, ascending from 0: no energy is counted across the seam of two segments.
+
+    Raises
+    ------
+    DataError
+        If there is no sample, or the two differ in length.
+    """
     y, y_hat = np.asarray(measured, dtype=np.float64), np.asarray(simulated, dtype=np.float64)
     if y.shape != y_hat.shape or y.ndim != 1 or not len(y):
         raise DataError(
@@ -134,36 +154,6 @@ def together(sums: Sequence[ErrorSums]) -> ErrorSums:
         energy=sum(s.energy for s in sums),
         simulated_energy=sum(s.simulated_energy for s in sums),
     )
-
-
-def error_metrics(
-    measured: Array, simulated: Array, drive: Array | None = None, starts: Sequence[int] = (0,)
-) -> dict[str, float]:
-    """Return every error measure of ``METRICS`` by name.
-
-    Parameters
-    ----------
-    measured, simulated
-        Output y and ŷ in the output's SI unit, both of shape (N,); segments of one condition one after the other.
-    drive
-        Channel the output does work against, shape (N,), SI: displacement for force, angle for torque, current for
-        flux linkage, flux linkage for current. None leaves ``err_energy`` undefined.
-    starts
-        Index of every segment's first sample, ascending from 0: no energy is counted across the seam of two segments.
-
-    Returns
-    -------
-    dict
-        Keys and units as in ``METRICS``. nan where undefined: ``nrmse``, ``esr`` and ``fit_percent`` of a constant y,
-        ``relative_rmse`` and ``err_peak`` of y = 0, ``err_energy`` without drive or without energy. A simulation that
-        is not finite makes all of them nan.
-
-    Raises
-    ------
-    DataError
-        If there is no sample, or the two differ in length.
-    """
-    return error_sums(measured, simulated, drive, starts).measures()
 
 
 def absorbed_energy(values: Array, drive: Array, starts: Sequence[int] = (0,)) -> float:

@@ -19,9 +19,9 @@ from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit, synthesis
-from mrfit.signal.held import at_levels
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.signal.noise import noise_floor, noise_level
+from mrfit.signal.plateaus import at_levels
 from mrfit.signal.savitzky_golay import POLYNOMIAL_ORDER, WINDOW_MIN, Smoother
 
 # A series is taken where its residual is noise: at most this much above the channel's own white noise …

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrfit.core.specs import Array, Index
+from mrfit.kernels.elements import WIRED
 from mrfit.kernels.jit import borrowing, call, kernel, part
 from mrfit.kernels.past import begun, late, pushed, smooth_late
 
@@ -32,7 +33,6 @@ LAW_PIECE = np.dtype(
     + [("nodes", float, (LAW_NODES,))]
 )
 PLAIN_LAW, LOG_LAW, BOUNDED_LAW = range(3)
-WIRED = 16
 
 
 class ChainPlaces(NamedTuple):
@@ -151,12 +151,12 @@ def parameters(chain: DamperChain, seen: Array, found: Array, work: Array) -> No
     for e in range(len(chain.elements)):
         element = chain.elements[e]
         if element.kind == FACTORS:
-            _gather(chain, e, seen, 0.0, work, 0)
-            call(element.address, work, 0, work, WIRED, work, 0, work, 0, chain.params, element.param, 0.0, work, 0)
+            _gather(chain, e, seen, 0.0, work, WIRED)
+            call(element.address, work, 0, work, 0, work, 0, chain.params, element.param, 0.0, work, 0)
             for k in range(count):
                 factor = chain.wires[element.channel + k]
                 if factor >= 0:
-                    found[k] *= work[WIRED + factor]
+                    found[k] *= work[factor]
 
 
 @borrowing
@@ -167,8 +167,8 @@ def _run(chain: DamperChain, e: int, trial: Trial, ends: Array, signals: tuple[f
     _gather(chain, e, ends[chain.places.channels :], signals[1], work, WIRED)
     place = element.state
     found: float = call(
-        element.address, trial.state, place, trial.after, place, work, 0, work, WIRED, chain.params, element.param, dt,
-        trial.state, element.ring,
+        element.address, trial.state, place, trial.after, place, work, 0, chain.params, element.param, dt, trial.state,
+        element.ring,
     )  # fmt: skip
     return found
 
@@ -230,12 +230,12 @@ def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float)
         for k in range(number):
             work[theta + k] = work[theta + number + k]
         if base.states > 0:
-            call(address, after, place, after, place, work, 0, work, WIRED, work, theta, dt, after, base.ring)
+            call(address, after, place, after, place, work, 0, work, theta, dt, after, base.ring)
             _begin(chain, row, after)
         source, length = after, 0.0
     # one without a past may have a curve
     past, ring = (source, base.ring) if base.places > 0 else (chain.params, base.param)
-    made = call(address, source, place, after, place, work, 0, work, WIRED, work, theta, length, past, ring)
+    made = call(address, source, place, after, place, work, 0, work, theta, length, past, ring)
     value = float(made)
     for e in range(len(chain.elements)):
         if chain.elements[e].kind == ADD + middle:
@@ -262,9 +262,7 @@ def inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
             value = start = _started(chain, e, trial, ends, 0.0, dt)
             if dt >= 0.0 and element.states == 0:
                 _gather(chain, e, ends, 0.0, work, WIRED)
-                start = call(
-                    element.address, work, 0, work, 0, work, 0, work, WIRED, chain.params, element.param, dt, work, 0
-                )
+                start = call(element.address, work, 0, work, 0, work, 0, chain.params, element.param, dt, work, 0)
             elif dt >= 0.0:
                 start = trial.state[element.last]
             ends[element.channel], ends[count + element.channel], trial.after[element.last] = start, value, value

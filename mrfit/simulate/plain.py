@@ -10,12 +10,12 @@ import numpy as np
 from mrfit.core.protocols import AddsTerm, ChangesInput, HasLaw, HasStep, ShapesOutput
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import DataError
-from mrfit.kernels.elements import Entry, entry_of
+from mrfit.kernels.elements import WIRED, Entry, entry_of
 
 # Samples and interval with which a definition is tested for memory
 _PROBE, _PROBE_DT = 24, 1e-3
 _POINTER = ctypes.POINTER(ctypes.c_double)
-_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_double, *[_POINTER] * 5, ctypes.c_double, _POINTER)
+_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_double, *[_POINTER] * 4, ctypes.c_double, _POINTER)
 
 
 def entry_for(item: Any, curved: bool = False) -> Entry:
@@ -36,13 +36,13 @@ def entry_for(item: Any, curved: bool = False) -> Entry:
 @cache
 def _called(name: str, values: "_Values") -> Entry:
     _check_memoryless(name, values)
-    inputs, count = len(values.inputs), len(values.item.SPEC.params)
+    last, count = WIRED + len(values.inputs), len(values.item.SPEC.params)
 
     # an array of its own at every call would cost as much as most laws
-    drive, given = np.empty((inputs, 1)), np.empty((1, count))
+    drive, given = np.empty((last - WIRED, 1)), np.empty((1, count))
 
-    def function(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> float:
-        drive[:, 0], given[0] = now[:inputs], theta[count : 2 * count]
+    def function(state: Any, following: Any, inputs: Any, theta: Any, dt: float, past: Any) -> float:
+        drive[:, 0], given[0] = inputs[WIRED:last], theta[count : 2 * count]
         return float(values(drive, given)[0])
 
     made = _FUNCTION(function)

@@ -12,6 +12,7 @@ from mrfit.core.protocols import HasCurve, HasStep, MovesDrive
 from mrfit.core.specs import SLOTS, Array
 from mrfit.effects.temperature import REFERENCE
 from mrfit.kernels.branch import curve_of, numbers_of
+from mrfit.kernels.elements import WIRED
 from mrfit.kernels.past import RESERVED
 from mrfit.simulate import chain as columns
 from mrfit.simulate.chain import ChainPlaces, DamperChain
@@ -140,7 +141,7 @@ class DamperProgram:
             row |= {"ring": self._place, "places": math.ceil(longest / self._shortest) + SPARE}
             self._place += RESERVED + row["numbers"] + row["places"] * (row["late"] + 1)
         lagging = [r["channel"] for r in self._rows if r["kind"] == columns.INPUT and r["states"] > 0]
-        ends = 2 * columns.WIRED + 2 * count
+        ends = 2 * WIRED + 2 * count
         dependence = self._dependence
         low, high = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
         places = ChainPlaces(

@@ -7,8 +7,12 @@ import numpy as np
 
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.flux.channel import InMemory
+from mrfit.flux.integral import IntegralDrift, drift_removed
 from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
+from mrfit.signal.cycles import SteadyCycles
 
 
 def recording(
@@ -17,6 +21,15 @@ def recording(
     units = {name: unit_of(name) for name in channels}
     condition = condition or {}
     return Recording(identifier, f"{identifier}.csv", identifier, "csv", dt, 0.0, channels, units, condition=condition)
+
+
+def remove_drift(
+    values: Array, current: Array, dt: float, stretches: Sequence[SteadyCycles], method: str
+) -> tuple[Array, IntegralDrift]:
+    """Return flux linkage (N,) in memory without drift, and what was taken away."""
+    flux, drift = drift_removed(InMemory(values), InMemory(current), dt, stretches, method)
+    assert isinstance(flux, InMemory)
+    return flux.array, drift
 
 
 def workspace(root: Path, recordings: Sequence[Recording]) -> Workspace:

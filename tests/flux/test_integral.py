@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from mrfit.flux.integral import integrate, remove_drift
+from mrfit.flux.integral import integrate
 from mrfit.signal.cycles import steady_stretches
+from tests.flux.records import remove_drift
 
 FREQUENCY = 5.0
 

@@ -16,10 +16,11 @@ from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.flux import channel, integral
 from mrfit.flux.channel import InMemory, OnDisk, channel_of, swing
-from mrfit.flux.integral import drift_removed, integral_on_disk, integrate, remove_drift
+from mrfit.flux.integral import drift_removed, integral_on_disk, integrate
 from mrfit.io import columns
 from mrfit.io.workspace import Workspace
 from mrfit.signal.cycles import steady_stretches
+from tests.flux.records import remove_drift
 
 SAMPLES = 30_001
 

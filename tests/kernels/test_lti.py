@@ -69,8 +69,8 @@ def test_a_step_of_a_cascade_is_the_same_whatever_it_has_kept(places: list[tuple
     states, kept = (0.3, -0.2, 0.1, 0.4), _past(28)
     for k, m in places:
         poles, dt = tuple(POLES[0] * (1.0 + k)), (0.0, 1e-3, 1.5e-3)[m]
-        fresh = cascade_step(states, poles, 1.0, 2.0, dt, _past(28), 0)
-        assert cascade_step(states, poles, 1.0, 2.0, dt, kept, 0) == fresh
+        fresh = cascade_step(states, poles, (1.0, 2.0), dt, _past(28), 0)
+        assert cascade_step(states, poles, (1.0, 2.0), dt, kept, 0) == fresh
         assert dt > 0.0 or fresh == states
         states = fresh
 

@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.core.recording import Segment
 from mrfit.io.atomic import write_atomic
 from mrfit.io.workspace import Workspace, write_json
-from mrfit.signal.metrics import error_metrics
+from mrfit.signal.metrics import error_sums
 
 RATE = 400
 CYCLES = 6
@@ -250,7 +250,7 @@ def metric_rows(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
                     "condition": condition,
                     "role": role,
                     "samples": len(measured),
-                    **error_metrics(measured, simulated, drive, starts),
+                    **error_sums(measured, simulated, drive, starts).measures(),
                     "noise_floor": floor,
                 }
             )

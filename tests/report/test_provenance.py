@@ -13,7 +13,7 @@ def test_recording_gives_rate_and_channels_with_units():
     about = About.of(Recording("a", "a.csv", "", "csv", 2e-5, 0.0, channels, {"force": "N"}, findings=(gap,)))
     row = recording_row(about)
     assert (row.rate, row.channels) == ("50000 Hz", "force (N), ch2 (1)")
-    assert [f.kind for f in row.findings] == ["gap"] and row.history == []
+    assert [f.kind for f in row.about.findings] == ["gap"] and row.about.history == []
 
 
 def test_flux_tells_resistance_with_error_and_source():
@@ -45,7 +45,7 @@ def test_segments_are_sorted_and_unknown_levels_left_open():
     common |= {"condition": "c", "recording": "log", "warm_up": 0, "waveform": "sine", "offset": 0.0, "cycles": 2}
     segments = [Segment(id=f"log{k}#0", role="holdout", frequency=f, **common) for k, f in ((10, 0.0), (2, 1.25))]
     rows = segment_rows(segments)
-    assert [r.id for r in rows] == ["log2#0", "log10#0"]
+    assert [r.segment.id for r in rows] == ["log2#0", "log10#0"]
     assert [r.frequency for r in rows] == ["1.25 Hz", "–"]
     assert (rows[0].amplitude, rows[0].current, rows[0].temperature) == ("0.0100 m", "–", "24.5 °C")
-    assert (rows[0].role, rows[0].samples) == ("hold-out", 20)
+    assert (rows[0].role, rows[0].segment.samples) == ("hold-out", 20)

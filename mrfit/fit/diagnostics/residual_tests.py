@@ -12,12 +12,14 @@ together are tested as well: what is too weak to be seen in any one of many shor
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
 
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.uncertainty import bandwidth, differing, long_run_covariance
+from mrfit.io.schemas.fit import ResidualTest
 
 RESIDUAL_LAGS = 25
 # Two-sided level over all lags, conditions and inputs together (Bonferroni)
@@ -26,45 +28,6 @@ LEVEL = 0.05
 CORRELATION_MIN = 0.2
 # Name of the test that takes all conditions together
 ALL = "all"
-
-
-@dataclass(frozen=True)
-class Dependence:
-    """Correlation of the residual with one input, in the condition where it is largest.
-
-    Attributes
-    ----------
-    channel
-        The input.
-    condition
-        Where the correlation is largest against its limit; ``all``: over all conditions together.
-    correlation
-        Of residual and lagged input there, the one that is largest against its limit.
-    lag
-        Samples by which the input is ahead of the residual there.
-    limit
-        What chance gives in any of the tests.
-    dependent, conditions
-        Conditions in which the residual depends on the input, and how many were tested.
-    """
-
-    channel: str
-    condition: str
-    correlation: float
-    lag: int
-    limit: float
-    dependent: int
-    conditions: int
-
-    @property
-    def independent(self) -> bool:
-        """Whether nothing of the input is left in the residual, in any condition."""
-        return self.excess <= 1.0
-
-    @property
-    def excess(self) -> float:
-        """The correlation in multiples of what matters: its limit, and what is too small to."""
-        return abs(self.correlation) / max(self.limit, CORRELATION_MIN)
 
 
 @dataclass(frozen=True)
@@ -89,7 +52,7 @@ def input_dependence(
     periods: Sequence[float],
     conditions: Sequence[str],
     channels: int = 1,
-) -> Dependence | None:
+) -> ResidualTest | None:
     """Return the correlation of the residual with one input at ±25 lags, None where the input is constant.
 
     Lags are one sample apart, or a hundredth of a cycle where that is more, so that they reach a quarter of a cycle.
@@ -118,14 +81,21 @@ def input_dependence(
     level = LEVEL / ((2 * RESIDUAL_LAGS + 1) * len(known) * channels)
     single = sum(name in known for name in names)
 
-    def row(name: str, dependent: int = 0) -> Dependence:
+    def row(name: str, dependent: int = 0) -> ResidualTest:
         own = known[name]
         limit = own.error * float(stdtrit(own.degrees, 1.0 - level / 2))
-        return Dependence(channel, name, own.value, own.lag, limit, dependent, single)
+        about: dict[str, Any] = {"channel": channel, "condition": name, "dependent": dependent, "conditions": single}
+        independent = _excess(own.value, limit) <= 1.0
+        return ResidualTest(correlation=own.value, lag=own.lag, limit=limit, independent=independent, **about)
 
     rows = {name: row(name) for name in known}
-    worst = max(rows, key=lambda name: rows[name].excess)
+    worst = max(rows, key=lambda name: _excess(rows[name].correlation, rows[name].limit))
     return row(worst, sum(not rows[name].independent for name in names if name in rows))
+
+
+def _excess(correlation: float, limit: float) -> float:
+    """Return a correlation in multiples of what matters: its limit, and what is too small to."""
+    return abs(correlation) / max(limit, CORRELATION_MIN)
 
 
 def _correlation(

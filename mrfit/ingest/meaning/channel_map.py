@@ -19,6 +19,8 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
+# Keys of which the last that is given holds
+LAST_HOLDS = ("resistance", "lever", "decimate", "pattern", "join", "coil")
 BUILTINS = ("float", "int", "str", "TimeRule", "ChannelRule")
 
 
@@ -195,38 +197,30 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         return Rules()
     parts: list[MapSection] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
-    dt = lever = resistance = pattern = join = time = coil = None
-    decimate = 1
+    dt, time = None, None
+    last: dict[str, Any] = {}
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
     channels: dict[str, ChannelRule] = {}
     low_pass: dict[str, float] = {}
     for part in parts:
         dt = part.dt or (1.0 / part.rate if part.rate else dt)
-        decimate = part.decimate or decimate
-        resistance = part.resistance if part.resistance is not None else resistance
-        lever = part.lever or lever
-        pattern = part.pattern or pattern
-        join = part.join or join
         time = part.time if part.time is not None else time
-        coil = part.coil or coil
+        last |= {name: value for name in LAST_HOLDS if (value := getattr(part, name))}
         ignore += part.ignore
         condition |= part.condition
         channels |= part.channels
         low_pass |= {"*": part.low_pass} if part.low_pass else {}
         low_pass |= {n: rule.low_pass for n, rule in part.channels.items() if rule.low_pass}
+    if last.get("resistance") == "auto":
+        del last["resistance"]
     return Rules(
         where=where,
-        resistance=resistance if isinstance(resistance, float) else None,
         dt=dt,
-        lever=lever,
-        decimate=decimate,
-        pattern=pattern,
-        join=join,
         time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
         ignore=tuple(ignore),
         condition=condition,
-        coil=coil,
         channels=channels,
         low_pass=low_pass,
+        **last,
     )

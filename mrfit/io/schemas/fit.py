@@ -113,7 +113,19 @@ class Level(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchStage(Entry):
-    """A stage of a staged search; without tests of its kind it has neither cost nor evaluations."""
+    """A stage of a staged search; without tests of its kind it has neither cost nor evaluations.
+
+    Attributes
+    ----------
+    stage, test
+        Its name, and the kind of test in which its part of the model acts alone.
+    segments
+        Ids of the tests it was fitted to; none where there were none of the kind.
+    parameters
+        Names of the parameters it fitted, or left to a later stage.
+    cost, evaluations
+        Cost over these segments, and evaluations; None where there were none.
+    """
 
     stage: str
     test: str = ""
@@ -169,7 +181,25 @@ class Repeats(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class ResidualTest(Entry):
-    """Correlation of the residual with one input, see ``mrfit.fit.diagnostics.residual_tests.Dependence``."""
+    """Correlation of the residual with one input, in the condition where it is largest.
+
+    Attributes
+    ----------
+    channel
+        The input.
+    condition
+        Where the correlation is largest against its limit; ``all``: over all conditions together.
+    correlation
+        Of residual and lagged input there, the one that is largest against its limit.
+    lag
+        Samples by which the input is ahead of the residual there.
+    limit
+        What chance gives in any of the tests.
+    dependent, conditions
+        Conditions in which the residual depends on the input, and how many were tested.
+    independent
+        Whether nothing of the input is left in the residual, in any condition.
+    """
 
     channel: str
     condition: str
@@ -182,13 +212,13 @@ class ResidualTest(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoundPoint(Entry):
-    """Result of a search, as it is kept until the whole fit is written.
+class SearchEnd(Entry):
+    """End of a search.
 
     Attributes
     ----------
-    point, cost
-        Optimum in the unit cube and its cost.
+    cost
+        At its optimum.
     evaluations, budget, budget_spent, out_of_time, stopped
         Points simulated, and allowed; whether these or the time ended the search; why it ended, in words.
     nonfinite, first_nonfinite
@@ -197,27 +227,34 @@ class FoundPoint(Entry):
         Best cost after so many evaluations, and how many of these steps are costs of another problem.
     starts, agreeing
         Costs at which several starts ended, and how many of them at the best.
-    stages
-        Of a staged search.
     per_current
         What a first phase found at each current: ``current``, ``cost`` and the parameters.
+    stages
+        Of a staged search.
     """
+
+    cost: float | None = None
+    evaluations: int
+    budget: int | None = None
+    budget_spent: bool = False
+    out_of_time: bool = False
+    stopped: str = ""
+    nonfinite: int = 0
+    history: list[tuple[int, float | None]] = field(default_factory=list)
+    preliminary: int = 0
+    starts: list[float | None] | None = None
+    agreeing: int = 0
+    first_nonfinite: dict[str, float | None] | None = None
+    per_current: list[dict[str, float | None]] | None = None
+    stages: list[SearchStage] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundPoint(SearchEnd):
+    """Result of a search, as it is kept until the whole fit is written; ``point`` is its optimum in the unit cube."""
 
     point: list[float]
     cost: float
-    evaluations: int
-    budget: int | None
-    budget_spent: bool
-    out_of_time: bool
-    stopped: str
-    nonfinite: int
-    first_nonfinite: dict[str, float | None] | None
-    history: list[tuple[int, float | None]]
-    preliminary: int = 0
-    starts: list[float | None] | None
-    agreeing: int
-    stages: list[SearchStage]
-    per_current: list[dict[str, float | None]] | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -291,7 +328,7 @@ class Covariance(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trust(Entry):
+class FitDiagnostics(Entry):
     """Everything of a result that says how far to trust it.
 
     Attributes
@@ -340,30 +377,16 @@ class Trust(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearchEnd(Entry):
-    """End of the search for one set of parameters; attributes as in ``FoundPoint``."""
+class FittedConditions(Entry):
+    """Test conditions that one set of parameters was fitted to: their common name, each of them, and their level."""
 
     condition: str
     conditions: list[str] = field(default_factory=list)
     at: Level = field(default_factory=Level)
-    cost: float | None = None
-    evaluations: int
-    budget: int | None = None
-    budget_spent: bool = False
-    out_of_time: bool = False
-    stopped: str = ""
-    nonfinite: int = 0
-    history: list[tuple[int, float | None]] = field(default_factory=list)
-    preliminary: int = 0
-    starts: list[float | None] | None = None
-    agreeing: int = 0
-    first_nonfinite: dict[str, float | None] | None = None
-    per_current: list[dict[str, float | None]] | None = None
-    stages: list[SearchStage] = field(default_factory=list)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result(Trust, SearchEnd):
+class Result(FitDiagnostics, SearchEnd, FittedConditions):
     """One set of parameters, the search that found it, and how far to trust it."""
 
     segments: list[SegmentUse] = field(default_factory=list)

@@ -18,6 +18,8 @@ RECORDING = "mrfit/recording/1"
 REPORT = "mrfit/report/1"
 # Ids name files and are never paths
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9._-]*$")]
+# What the record of a recording says as the recording does
+AS_RECORDED = ("id", "source", "sha256", "reader", "rows_kept", "rows_refused", "dt", "start")
 FORBIDDING = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 
@@ -64,14 +66,7 @@ class About(Document):
         """Return the record that is kept of a recording."""
         r = recording
         return cls(
-            id=r.id,
-            source=r.source,
-            sha256=r.sha256,
-            reader=r.reader,
-            rows_kept=r.rows_kept,
-            rows_refused=r.rows_refused,
-            dt=r.dt,
-            start=r.start,
+            **{name: getattr(r, name) for name in AS_RECORDED},
             channels=[StoredChannel(name=n, unit=r.units.get(n, ""), column=r.columns.get(n)) for n in r.channels],
             condition=dict(r.condition),
             wording=dict(r.wording),
@@ -191,7 +186,19 @@ class FluxRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class SeparationRow(Entry):
-    """Loop area of one amplitude, separated into static hysteresis, eddy currents and an error of R."""
+    """Loop area of one amplitude, separated: area(f) = static + eddy·f − resistance_error·∮ i² dt (∝ 1/f).
+
+    Attributes
+    ----------
+    amplitude, frequencies
+        Mean amplitude in A, and the frequencies in Hz it rests on.
+    static, static_error
+        Static hysteresis loss per cycle in J, and its standard error.
+    eddy, eddy_error
+        Eddy-current loss per cycle and frequency in J/Hz, and its standard error.
+    resistance_error, resistance_error_error
+        Resistance used minus true resistance in Ω, and its standard error.
+    """
 
     amplitude: float
     frequencies: list[float]

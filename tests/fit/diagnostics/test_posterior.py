@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 from mrfit.fit.diagnostics import posterior
-from mrfit.io.schemas.fit import Trust
-from tests.fit.diagnostics.test_trust import judged
+from mrfit.io.schemas.fit import FitDiagnostics
+from tests.fit.diagnostics.test_diagnose import judged
 
 
 @pytest.fixture(scope="module")
-def both() -> tuple[Trust, Trust]:
+def both() -> tuple[FitDiagnostics, FitDiagnostics]:
     return judged(), judged("posterior")
 
 
-def test_of_a_nearly_linear_model_it_is_the_interval_of_the_covariance(both: tuple[Trust, Trust]) -> None:
+def test_of_a_nearly_linear_model_it_is_the_interval_of_the_covariance(
+    both: tuple[FitDiagnostics, FitDiagnostics],
+) -> None:
     cheap, full = both
     assert full.intervals == "posterior"
     for one, other in zip(cheap.parameters, full.parameters, strict=True):
@@ -23,7 +25,7 @@ def test_of_a_nearly_linear_model_it_is_the_interval_of_the_covariance(both: tup
         assert (other.low + other.high) / 2.0 == pytest.approx((one.low + one.high) / 2.0, abs=0.1 * width)
 
 
-def test_its_draws_are_kept_and_lie_within_the_bounds(both: tuple[Trust, Trust]) -> None:
+def test_its_draws_are_kept_and_lie_within_the_bounds(both: tuple[FitDiagnostics, FitDiagnostics]) -> None:
     draws = both[1].draws
     assert draws is not None and both[0].draws is None
     rows = np.array(draws.rows)
@@ -33,7 +35,9 @@ def test_its_draws_are_kept_and_lie_within_the_bounds(both: tuple[Trust, Trust])
         assert np.all((column >= row.bound_low) & (column <= row.bound_high))
 
 
-def test_weighted_draws_and_walkers_give_the_same_intervals(both: tuple[Trust, Trust], monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_weighted_draws_and_walkers_give_the_same_intervals(
+    both: tuple[FitDiagnostics, FitDiagnostics], monkeypatch
+) -> None:  # type: ignore[no-untyped-def]
     pytest.importorskip("emcee")
     monkeypatch.setattr(posterior, "EFFECTIVE_DRAWS", np.inf)
     for one, walked in zip(both[1].parameters, judged("posterior").parameters, strict=True):

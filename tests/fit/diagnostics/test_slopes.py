@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from mrfit.fit.diagnostics.trust import slope_warnings
+from mrfit.fit.diagnostics.diagnose import slope_warnings
 from mrfit.simulate.assembly import assemble
 
 MODEL = assemble("boucwen-flux+eddy-current")

@@ -18,7 +18,7 @@ from scipy.io import savemat
 
 from mrfit.errors import DataError
 from mrfit.ingest import series
-from mrfit.ingest.containers import apart, shelf
+from mrfit.ingest.containers import shelf, subprocess_reader
 from mrfit.ingest.containers.arrays import Arrays, FileArray
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
@@ -52,7 +52,7 @@ def shelved(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return put(self, array, length, width)
 
     monkeypatch.setattr(Shelf, "put", noting)
-    monkeypatch.setattr("mrfit.ingest.reading.read_apart", apart.read_tables)
+    monkeypatch.setattr("mrfit.ingest.reading.read_in_subprocess", subprocess_reader.read_tables)
     return lengths
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mrfit.ingest.reading import LogItem
 
 
-class Earlier:
+class Manifest:
     """The content of ingest.json by source.
 
     Attributes

@@ -1,7 +1,6 @@
 """How far to trust a fit: intervals by the method asked for, what the data determine, what the residual still holds."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 import numpy as np
 
@@ -19,15 +18,15 @@ from mrfit.fit.diagnostics.remainders import fitted_remainders, left_out
 from mrfit.fit.diagnostics.repeats import repeat_rows
 from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
-from mrfit.fit.identify import FitGroup, linearise, weights_of
+from mrfit.fit.identify import FitGroup, group_rng, linearise, weights_of
 from mrfit.fit.result import conditioning, covariance_of, derived_rows, parameter_rows, passivity_rows, with_intervals
 from mrfit.io.schemas.band import Refits
 from mrfit.io.schemas.determined import State
-from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
+from mrfit.io.schemas.fit import Caution, DriftRow, FitDiagnostics, ResidualTest
 from mrfit.search.cube import Cube
 from mrfit.search.parts import LazySequence, SegmentPart
 from mrfit.search.problem import LeastSquaresProblem
-from mrfit.settings.fit import Intervals as Intervals
+from mrfit.settings.fit import Settings
 from mrfit.signal.drift import drift_row, drift_words, steady_drift
 from mrfit.simulate.assembly import Assembly
 
@@ -35,17 +34,9 @@ from mrfit.simulate.assembly import Assembly
 SLOPE_FLOOR = 1e-6
 
 
-def trust(
-    group: FitGroup,
-    assembly: Assembly,
-    cube: Cube,
-    point: Array,
-    simulated: Sequence[Array],
-    *,
-    weight: str,
-    intervals: Intervals,
-    rng: np.random.Generator,
-) -> Trust:
+def diagnose(
+    group: FitGroup, assembly: Assembly, cube: Cube, point: Array, simulated: Sequence[Array], settings: Settings
+) -> FitDiagnostics:
     """Return everything of a result that says how far to trust it.
 
     Parameters
@@ -58,13 +49,11 @@ def trust(
         Optimum in the cube, shape (F,).
     simulated
         Output at this point for each full block.
-    weight
-        Weighting of conditions.
-    intervals
-        Method of the intervals.
-    rng
-        What a bootstrap draws from.
+    settings
+        Weighting of conditions, method of the intervals, and the seed of what these draw.
     """
+    weight, intervals = settings.weight, settings.intervals
+    rng = group_rng(settings.seed, f"{group.name} intervals")
     # of very long segments some pieces stand for all
     judged, responses = group.judged, LazySequence(len(group.chosen), lambda k: simulated[group.chosen[k]])
     fitted = [k for k, s in enumerate(judged.segments) if s.role == "train"]
@@ -103,7 +92,7 @@ def trust(
     readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
     refits, unseen = left_out(group, assembly, cube, point, weight)
-    return Trust(
+    return FitDiagnostics(
         intervals=intervals,
         parameters=parameters,
         derived=derived,
@@ -198,5 +187,5 @@ def residual_rows(parts: Sequence[SegmentPart], residuals: Sequence[Array], asse
     for name, values in moving.items():
         found = input_dependence(name, values, residuals, periods, conditions, len(moving))
         if found is not None:
-            rows.append(ResidualTest(**asdict(found), independent=found.independent))
+            rows.append(found)
     return rows

@@ -72,7 +72,7 @@ class Worker:
         """
         with self.lock:
             if self.process is None or self.process.poll() is not None:
-                self.process = children.answering("mrfit.ingest.containers.apart")
+                self.process = children.answering("mrfit.ingest.containers.subprocess_reader")
             process, late = self.process, threading.Event()
             watch = threading.Timer(WAITING * seconds if HAS_TIMER else seconds, _stop, (process, late))
             watch.start()
@@ -145,7 +145,7 @@ _worker = Worker()
 atexit.register(_worker.close)
 
 
-def read_apart(reader: str, source: Source, seconds: float | None = None) -> list[Table]:
+def read_in_subprocess(reader: str, source: Source, seconds: float | None = None) -> list[Table]:
     """Return the tables that a reader makes of a file, read in the worker process.
 
     Raises

@@ -4,11 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.manifest import Manifest
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.meaning.conditions import from_name
 from mrfit.ingest.reading import LogItem
 from mrfit.io.schemas.stages import Copy
+
+# Items to read, each with the key of all that determines its recordings
+ReadingPlan = Sequence[tuple[LogItem, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +23,9 @@ class _Log:
     rules: Rules | None = None
 
 
-def part_copies(plan: Sequence[tuple[LogItem, str]], before: Earlier) -> tuple[list[Copy], list[tuple[LogItem, str]]]:
+def part_duplicates(
+    plan: Sequence[tuple[LogItem, str]], before: Manifest
+) -> tuple[list[Copy], list[tuple[LogItem, str]]]:
     """Return the logs that hold the bytes of another one, of this call or in the workspace, and the items to read.
 
     Of a copy are said ``source``, ``of``, and whether it is ``read`` all the same, because its name states another

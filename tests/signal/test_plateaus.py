@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.signal.held import at_levels
+from mrfit.signal.plateaus import at_levels
 
 NOISE = 2e-3
 

@@ -9,19 +9,20 @@ from scipy.special import stdtrit
 from benchmarks.planted import problem
 from mrfit.core.registry import names
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.trust import Intervals, ranges_of, trust
+from mrfit.fit.diagnostics.diagnose import diagnose, ranges_of
 from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
 from mrfit.io.schemas.determined import State
-from mrfit.io.schemas.fit import Trust
+from mrfit.io.schemas.fit import FitDiagnostics
 from mrfit.models.tanh import SPEC
 from mrfit.search.parts import Blocks
+from mrfit.settings.fit import Intervals, Settings
 from mrfit.simulate.assembly import assemble
 
 OFFSETS = ("force-offset", "integrator-offset")
 
 
-def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> Trust:
+def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> FitDiagnostics:
     """Fit planted logs, to which a force in proportion to displacement was added, and judge the fit."""
     group, assembly, cube = problem(model, 2, 6000, np.random.default_rng(1))
     if missing:
@@ -34,8 +35,8 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
     point = found.point
     theta = cube.to_theta(point[None, :])[0]
     simulated = [simulate_block(b, assembly, theta)[0] for b in group.full]
-    return trust(
-        group, assembly, cube, point, simulated, weight="none", intervals=intervals, rng=np.random.default_rng(2)
+    return diagnose(
+        group, assembly, cube, point, simulated, Settings(model, weight="none", intervals=intervals, seed=2)
     )
 
 
@@ -56,7 +57,7 @@ def test_an_offset_near_zero_is_judged_by_the_range_of_what_it_adds_to(wander: f
     found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
     theta = cube.to_theta(found.point[None, :])[0]
     simulated = [simulate_block(b, assembly, theta)[0] for b in group.full]
-    result = trust(group, assembly, cube, found.point, simulated, weight="none", intervals="hac", rng=rng)
+    result = diagnose(group, assembly, cube, found.point, simulated, Settings("bingham", weight="none"))
     f0 = next(p for p in result.parameters if p.name == "f0")
     span = np.ptp(np.concatenate([p.output for p in parts]))
     assert f0.added_to == pytest.approx(span) and f0.low < 0.0 < f0.high

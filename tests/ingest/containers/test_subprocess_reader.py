@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from mrfit.core import plugins, registry
-from mrfit.ingest.containers import apart
+from mrfit.ingest.containers import subprocess_reader
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal, TransientRefusal
 from mrfit.ingest.table import Source
@@ -57,7 +57,7 @@ def source(tmp_path: Path) -> Source:
 def test_a_plugin_named_after_the_process_has_started_reads_there(
     source: Source, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    apart.read_apart("matlab", source)
+    subprocess_reader.read_in_subprocess("matlab", source)
     monkeypatch.setattr(plugins, "_store", plugins.Store())
     monkeypatch.setenv(plugins.VARIABLE, "")
     (tmp_path / "own.py").write_text(PLUGIN)
@@ -65,12 +65,12 @@ def test_a_plugin_named_after_the_process_has_started_reads_there(
     (tmp_path / "log.bin").write_bytes(b"fragile" + bytes(range(200)))
     head = open_head(tmp_path / "log.bin")
     assert registry.load("reader", "fragile").sniff(head)
-    (table,) = apart.read_apart("fragile", Source(head, Rules()))
+    (table,) = subprocess_reader.read_in_subprocess("fragile", Source(head, Rules()))
     assert table.columns[0].values[0] not in (0.0, os.getpid())
 
 
 def test_tables_come_back_whole(source: Source) -> None:
-    (table,) = apart.read_apart("matlab", source)
+    (table,) = subprocess_reader.read_in_subprocess("matlab", source)
     assert [c.name for c in table.columns] == ["x_F[0]", "x_F[1]"]
     assert table.rows == 240
 
@@ -86,7 +86,7 @@ def test_a_library_that_cannot_be_loaded_for_want_of_memory_says_so(
 
     monkeypatch.setattr(registry.load("reader", "matlab"), "read", refused)
     with pytest.raises(MemoryError if code == errno.ENOMEM else OSError):
-        apart.read_tables("matlab", source)
+        subprocess_reader.read_tables("matlab", source)
 
 
 def test_libraries_are_loaded_before_the_memory_of_a_file_is_counted() -> None:
@@ -100,18 +100,18 @@ def test_libraries_are_loaded_before_the_memory_of_a_file_is_counted() -> None:
 
 def test_a_crash_is_one_refusal_and_the_next_file_is_read(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(apart, "read_tables", crash)
+        patch.setattr(subprocess_reader, "read_tables", crash)
         with pytest.raises(Refusal, match="the matlab library crashes on it"):
-            apart.read_apart("matlab", source)
-    assert len(apart.read_apart("matlab", source)) == 1
+            subprocess_reader.read_in_subprocess("matlab", source)
+    assert len(subprocess_reader.read_in_subprocess("matlab", source)) == 1
 
 
 def test_a_small_file_may_take_less_than_half_a_minute(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
     """A long one longer: an hour at 10 kHz has 300 MB, and takes a slow machine minutes."""
     allowed = []
-    monkeypatch.setattr(apart._worker, "call", lambda seconds, *_: allowed.append(seconds) or [])
-    apart.read_apart("matlab", source)
-    apart.read_apart("matlab", replace(source, head=replace(source.head, size=300_000_000)))
+    monkeypatch.setattr(subprocess_reader._worker, "call", lambda seconds, *_: allowed.append(seconds) or [])
+    subprocess_reader.read_in_subprocess("matlab", source)
+    subprocess_reader.read_in_subprocess("matlab", replace(source, head=replace(source.head, size=300_000_000)))
     assert allowed[0] < 26.0 and allowed[1] > 600.0
 
 
@@ -119,10 +119,10 @@ def test_a_small_file_may_take_less_than_half_a_minute(source: Source, monkeypat
 def test_a_hang_ends(stuck: str, source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that waits ends by the clock, and one that computes by what it computes."""
     with monkeypatch.context() as patch:
-        patch.setattr(apart, "read_tables", {"hang": hang, "spin": spin}[stuck])
+        patch.setattr(subprocess_reader, "read_tables", {"hang": hang, "spin": spin}[stuck])
         with pytest.raises(Refusal, match="takes more than 1 s"):
-            apart.read_apart("matlab", source, seconds=1.0)
-    assert len(apart.read_apart("matlab", source)) == 1
+            subprocess_reader.read_in_subprocess("matlab", source, seconds=1.0)
+    assert len(subprocess_reader.read_in_subprocess("matlab", source)) == 1
 
 
 def slow(*_: object) -> str:
@@ -131,7 +131,7 @@ def slow(*_: object) -> str:
 
 
 def test_waiting_for_other_work_of_the_machine_is_no_hang() -> None:
-    worker = apart.Worker()
+    worker = subprocess_reader.Worker()
     worker.call(60.0, os.getpid)  # its start takes long itself then
     assert worker.call(1.0, slow) == "done"
     worker.close()
@@ -140,9 +140,9 @@ def test_waiting_for_other_work_of_the_machine_is_no_hang() -> None:
 STUCK = """
 import os, signal, sys, threading, time
 from mrfit.core import plugins, registry
-from mrfit.ingest.containers import apart
-from tests.ingest.containers.test_apart import spin
-worker = apart.Worker()
+from mrfit.ingest.containers import subprocess_reader
+from tests.ingest.containers.test_subprocess_reader import spin
+worker = subprocess_reader.Worker()
 threading.Thread(target=worker.call, args=(2.0, spin), daemon=True).start()
 while worker.process is None:
     time.sleep(0.01)
@@ -200,4 +200,4 @@ def test_a_library_that_cannot_be_loaded_for_want_of_memory_is_no_fault_of_the_r
 
     monkeypatch.setattr(registry.load("reader", "matlab"), "read", read)
     with pytest.raises(said):
-        apart.read_tables("matlab", source)
+        subprocess_reader.read_tables("matlab", source)
