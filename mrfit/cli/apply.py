@@ -113,6 +113,12 @@ def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = Non
     return list(found)
 
 
+def _conclude(summary: "CurrentFile | FluxCommandFile | InvertFile | TrackFile", *words: str) -> None:
+    """Print what is said of a result, and where its page lies."""
+    for line in (*words, *summary.notes, f"Page: {summary.page}"):
+        console.say(line)
+
+
 @app.command()
 @options(in_pipes=True)
 def invert(
@@ -168,8 +174,7 @@ def _print_inversions(summary: "InvertFile") -> None:
     console.print_table(
         f"Currents of {summary.fit}, {how}; errors where reached and not limited, and of all", columns, rows
     )
-    for line in (*summary.notes, f"Page: {summary.page}"):
-        console.say(line)
+    _conclude(summary)
 
 
 @app.command()
@@ -242,8 +247,7 @@ def _print_tracking(summary: "TrackFile") -> None:
     }
     table = table_of(f"Forces tracked by {summary.fit}: rms error over rms force", columns, summary.cases)
     console.print_table(table.caption, table.heads, table.rows)
-    for line in (*_lag_words(summary), *summary.notes, f"Page: {summary.page}"):
-        console.say(line)
+    _conclude(summary, *_lag_words(summary))
 
 
 def _lag_words(summary: "TrackFile") -> list[str]:
@@ -367,8 +371,7 @@ def _print_currents(summary: "CurrentFile") -> None:
         for r in summary.logs
     ]
     console.print_table(f"Currents of the flux of {summary.fit}; errors behind the known beginning", columns, rows)
-    for line in (*summary.notes, f"Page: {summary.page}"):
-        console.say(line)
+    _conclude(summary)
 
 
 @app.command("flux-command")
@@ -420,5 +423,4 @@ def _print_flux_command(summary: "FluxCommandFile") -> None:
     shares = (f"{100.0 * share:.3g} %" for share in (summary.error, summary.rms_error, summary.limited))
     row = [summary.wanted, summary.samples, summary.range, *shares, summary.greatest_voltage, summary.greatest_current]
     console.print_table(f"Voltage for a flux of {summary.fit}; errors over the range", columns, [row])
-    for line in (*summary.notes, f"Page: {summary.page}"):
-        console.say(line)
+    _conclude(summary)

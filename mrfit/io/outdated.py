@@ -15,6 +15,7 @@ from mrfit.io.keys import PLUGIN, code_version, digest_of, fit_key, flux_key, la
 from mrfit.io.schemas.fit import Fit
 
 if TYPE_CHECKING:
+    from mrfit.io.schemas.stages import FluxFile, SegmentsFile
     from mrfit.io.workspace import Workspace
 
 # Names written out in a reason
@@ -33,12 +34,7 @@ def flux_reason(workspace: Workspace) -> str:
     flux = workspace.flux_file()
     if flux is None or not workspace.ingest_json.is_file():
         return ""
-    settings, contents = asdict(flux.settings), workspace.contents(workspace.identifiers)
-    if flux.key == flux_key(settings, contents):
-        return ""
-    if flux.code and flux.key == flux_key(settings, contents, flux.code):
-        return other_code(flux.code, "flux")
-    return _other_recordings(flux.code, [r.id for r in flux.recordings], contents)
+    return _reason(flux, flux_key, workspace.contents(workspace.identifiers), "flux")
 
 
 def segment_reason(workspace: Workspace) -> str:
@@ -52,12 +48,17 @@ def segment_reason(workspace: Workspace) -> str:
     cut = workspace.segments_summary()
     if cut is None or not workspace.ingest_json.is_file():
         return ""
-    settings, contents = asdict(cut.settings), workspace.contents(workspace.identifiers, workspace.latest)
-    if cut.key == segment_key(settings, contents):
+    return _reason(cut, segment_key, workspace.contents(workspace.identifiers, workspace.latest), "segment")
+
+
+def _reason(made: FluxFile | SegmentsFile, key: Callable[..., str], contents: Mapping[str, str], stage: str) -> str:
+    """Return the reason for which a stage is out of date whose recordings have these contents now."""
+    settings = asdict(made.settings)
+    if made.key == key(settings, contents):
         return ""
-    if cut.code and cut.key == segment_key(settings, contents, cut.code):
-        return other_code(cut.code, "segment")
-    return _other_recordings(cut.code, [r.id for r in cut.recordings], contents)
+    if made.code and made.key == key(settings, contents, made.code):
+        return other_code(made.code, stage)
+    return _other_recordings(made.code, [r.id for r in made.recordings], contents)
 
 
 class DatedResult(Protocol):

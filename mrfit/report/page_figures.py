@@ -55,10 +55,10 @@ def more_drawings(fit: Fit, series: Sequence[OutputSeries], segments: Sequence[S
     return made
 
 
-def _figure(fit: Fit, canvas: "Canvas", about: tuple[str, str, str]) -> Figure:
+def _figure(fit: Fit, canvas: "Canvas", about: tuple[str, str, str], narrow: bool = False) -> Figure:
     kind, title, caption = about
     svg = to_svg(canvas, f"{fit.name}: {title}")
-    return Figure(f"{fit.name}.{kind}", title, caption, f"{title} of {fit.name}.", svg)
+    return Figure(f"{fit.name}.{kind}", title, caption, f"{title} of {fit.name}.", svg, narrow)
 
 
 def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
@@ -75,8 +75,7 @@ def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
 def _predicted(drawn: FitSeries) -> Figure:
     caption = "Simulated over measured output at samples of every condition; on the line both are equal."
     canvas = paper.predicted([drawn], FIGURE_WIDTH * 0.6, PAGE_POINTS)
-    figure = _figure(drawn.fit, canvas, ("predicted", "Simulated over measured", caption))
-    return Figure(**{**vars(figure), "narrow": True})
+    return _figure(drawn.fit, canvas, ("predicted", "Simulated over measured", caption), narrow=True)
 
 
 def _correlation(drawn: FitSeries) -> Figure:
@@ -91,8 +90,7 @@ def _correlation(drawn: FitSeries) -> Figure:
 
 def _starts(fit: Fit) -> Figure:
     caption = "Cost at which each start of a search ended, the best first: a flat beginning says that starts agree."
-    figure = _figure(fit, paper.starts([fit], FIGURE_WIDTH * 0.6), ("starts", "Costs of starts", caption))
-    return Figure(**{**vars(figure), "narrow": True})
+    return _figure(fit, paper.starts([fit], FIGURE_WIDTH * 0.6), ("starts", "Costs of starts", caption), narrow=True)
 
 
 def _profiles(fit: Fit) -> Figure:
@@ -106,5 +104,5 @@ def _profiles(fit: Fit) -> Figure:
 def _corner(fit: Fit) -> Figure:
     first = next(r for r in fit.results if r.draws)
     caption = f"Draws of the posterior of {first.condition}, flat within the bounds: each, and two over each other."
-    figure = _figure(fit, corner(fit, FIGURE_WIDTH * 0.8), ("corner", "Posterior of the parameters", caption))
-    return Figure(**{**vars(figure), "narrow": True})
+    canvas = corner(fit, FIGURE_WIDTH * 0.8)
+    return _figure(fit, canvas, ("corner", "Posterior of the parameters", caption), narrow=True)

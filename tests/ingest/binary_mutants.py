@@ -20,7 +20,7 @@ import numpy as np
 
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
-from mrfit.ingest.containers import apart
+from mrfit.ingest.containers import subprocess_reader
 from mrfit.ingest.reading import OWN_FAULT
 from mrfit.ingest.stage import Settings
 from tests.ingest.examining import examine
@@ -235,7 +235,7 @@ def run(name: str, count: int, first: int = 0) -> Campaign:
             campaign.longest, campaign.largest = max(campaign.longest, seconds), max(campaign.largest, memory)
             if seconds > LONGEST or memory > LARGEST:
                 campaign.broken.append(f"{name} {number}: {seconds:.0f} s, {memory / 1e6:.0f} MB")
-                apart._worker.close()
+                subprocess_reader._worker.close()
     return campaign
 
 
@@ -280,7 +280,7 @@ def _forget_peak() -> None:
 
 def _computed() -> float:
     """Return the seconds that this process and those it started have computed."""
-    ended, worker = os.times(), apart._worker.process
+    ended, worker = os.times(), subprocess_reader._worker.process
     seconds = ended.user + ended.system + ended.children_user + ended.children_system
     try:
         fields = Path(f"/proc/{worker.pid}/stat").read_text().rpartition(")")[2].split() if worker else []
@@ -291,7 +291,7 @@ def _computed() -> float:
 
 def _most_memory(before: float) -> float:
     """Return the most bytes a file took: in the process that reads fragile formats, or above `before` in this one."""
-    worker = apart._worker.process
+    worker = subprocess_reader._worker.process
     # a container may forbid to forget a peak, and a test process that has compiled kernels holds more than a gigabyte
     return max(_peak("self") - before, _peak(str(worker.pid)) if worker else 0.0)
 

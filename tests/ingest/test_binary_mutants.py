@@ -2,7 +2,7 @@
 
 import pytest
 
-from mrfit.ingest.containers import apart
+from mrfit.ingest.containers import subprocess_reader
 from tests.ingest import binary_mutants
 from tests.ingest.binary_mutants import SAMPLES, mutant, run
 from tests.ingest.examining import examine
@@ -25,8 +25,8 @@ def test_the_same_number_damages_in_the_same_way() -> None:
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_a_few_mutants(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # a library that goes round in circles is ended in time, here earlier; the long campaign waits as long as a user
-    assert apart.READING_SECONDS < binary_mutants.LONGEST
-    monkeypatch.setattr(apart, "READING_SECONDS", 3.0)
+    assert subprocess_reader.READING_SECONDS < binary_mutants.LONGEST
+    monkeypatch.setattr(subprocess_reader, "READING_SECONDS", 3.0)
     monkeypatch.setattr(binary_mutants, "LONGEST", 8.0)
     campaign = run(name, 20)
     assert not campaign.broken

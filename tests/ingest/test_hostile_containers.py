@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
-from mrfit.ingest.containers import apart, memory
+from mrfit.ingest.containers import memory, subprocess_reader
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.readers.matlab import unpacked_sizes
 from mrfit.ingest.reading import OWN_FAULT
@@ -43,10 +43,10 @@ def read(path: Path, max_memory: float | None = None) -> list[Recording]:
 
 def taken_by(path: Path, max_memory: float) -> float:
     """The peak memory in bytes that a worker process takes while it refuses a file."""
-    apart._worker.close()
+    subprocess_reader._worker.close()
     with pytest.raises(Refusal, match="and it may take"):
         read(path, max_memory)
-    peak: float = 1024.0 * apart._worker.call(10.0, _peak)
+    peak: float = 1024.0 * subprocess_reader._worker.call(10.0, _peak)
     return peak
 
 
@@ -86,10 +86,10 @@ def test_a_piece_that_unpacks_to_more_than_it_states_is_stopped(tmp_path: Path) 
         file["time"] = np.arange(1000) * 1e-3
         made = file.create_dataset("force", (1000,), "f8", chunks=(1000,), compression="gzip")
         made.id.write_direct_chunk((0,), zlib.compress(bytes(300_000_000), 1))
-    apart._worker.close()
+    subprocess_reader._worker.close()
     with pytest.raises(Refusal, match="damaged HDF5|more memory than it states"):
         read(path, 60 * MB)
-    assert 1024.0 * apart._worker.call(10.0, _peak) < 250 * MB
+    assert 1024.0 * subprocess_reader._worker.call(10.0, _peak) < 250 * MB
 
 
 def test_a_library_that_asks_for_more_is_held_to_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,10 +97,10 @@ def test_a_library_that_asks_for_more_is_held_to_the_limit(tmp_path: Path, monke
     savemat(path, {"Ts": 1e-3, "force": np.arange(9.0)})
     source = Source(open_head(path), Rules(), memory=50 * MB)
     with monkeypatch.context() as patch:
-        patch.setattr(apart, "read_tables", greedy)
+        patch.setattr(subprocess_reader, "read_tables", greedy)
         with pytest.raises(Refusal, match="asks for more memory than it states it needs, and it may take 50 MB"):
-            apart.read_in_subprocess("matlab", source)
-    assert len(apart.read_in_subprocess("matlab", source)) == 1
+            subprocess_reader.read_in_subprocess("matlab", source)
+    assert len(subprocess_reader.read_in_subprocess("matlab", source)) == 1
 
 
 def greedy(reader: str, source: Source, named: str) -> None:
@@ -111,7 +111,7 @@ def greedy(reader: str, source: Source, named: str) -> None:
 @pytest.mark.slow
 def test_a_library_that_goes_round_in_circles_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A text of varying length of which HDF5 follows the address for ever."""
-    monkeypatch.setattr(apart, "READING_SECONDS", 4.0)
+    monkeypatch.setattr(subprocess_reader, "READING_SECONDS", 4.0)
     (tmp_path / "good.csv").write_text(GOOD)
     (tmp_path / "loop.h5").write_bytes((HOSTILE / "loop.h5").read_bytes())
     summary = run([tmp_path], Settings(), Workspace(tmp_path / "w"))

@@ -10,8 +10,9 @@ import mrfit.fit.stage
 import mrfit.report.stage
 from mrfit.cli import output
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.residual_tests import ALL, Dependence, input_dependence
+from mrfit.fit.diagnostics.residual_tests import ALL, input_dependence
 from mrfit.fit.stage import Settings
+from mrfit.io.schemas.fit import ResidualTest
 from mrfit.io.workspace import Workspace, to_json
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
@@ -22,7 +23,7 @@ PERIOD = SAMPLES / CYCLES
 DRIVE = np.sin(2 * np.pi * np.arange(SAMPLES) / PERIOD)
 
 
-def dependence(inputs: Sequence[Array], residuals: Sequence[Array], period: float = PERIOD) -> Dependence | None:
+def dependence(inputs: Sequence[Array], residuals: Sequence[Array], period: float = PERIOD) -> ResidualTest | None:
     """The test with one record in every condition, a, b, c and so on."""
     names = [chr(ord("a") + k) for k in range(len(inputs))]
     return input_dependence("u", inputs, residuals, [period] * len(inputs), names)
