@@ -1,4 +1,4 @@
-"""What earlier calls read is known by path, key and content; logs of the same bytes are read once, or twice for a reason."""
+"""Earlier logs are known by path, key and content; logs of the same bytes are read once, or twice for a reason."""
 
 import os
 from dataclasses import replace
