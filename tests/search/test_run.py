@@ -136,7 +136,7 @@ def test_stages_are_told_with_the_result_of_a_staged_search_alone() -> None:
     start, rng = problem.cube.start[None, :], np.random.default_rng
     stages = search.run(problem, start, Limits(), rng(0), "staged").stages
     assert [s.stage for s in stages] == ["static map C"]
-    assert stages[0].parameters == tuple(TRUTH)
+    assert stages[0].parameters == list(TRUTH)
     assert search.run(problem, start, Limits(), rng(0), "lsq").stages == ()
 
 
