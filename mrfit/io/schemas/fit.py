@@ -113,18 +113,10 @@ class Level(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchStage(Entry):
-    """A stage of a staged search; without tests of its kind it has neither cost nor evaluations.
+    """A stage of a staged search: its name, and the kind of test in which its part of the model acts alone.
 
-    Attributes
-    ----------
-    stage, test
-        Its name, and the kind of test in which its part of the model acts alone.
-    segments
-        Ids of the tests it was fitted to; none where there were none of the kind.
-    parameters
-        Names of the parameters it fitted, or left to a later stage.
-    cost, evaluations
-        Cost over these segments, and evaluations; None where there were none.
+    ``segments`` are ids of the tests it was fitted to. Without tests of the kind there is neither cost nor evaluations,
+    and ``parameters``, which it fits, are left to a later stage.
     """
 
     stage: str
@@ -185,10 +177,8 @@ class ResidualTest(Entry):
 
     Attributes
     ----------
-    channel
-        The input.
-    condition
-        Where the correlation is largest against its limit; ``all``: over all conditions together.
+    channel, condition
+        The input, and where its correlation is largest against its limit; ``all``: over all conditions together.
     correlation
         Of residual and lagged input there, the one that is largest against its limit.
     lag
