@@ -6,7 +6,7 @@ F is taken at the middle and at the end of a trial step, the law's state along; 
 that they give agree after a few iterations (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5). The
 accelerations foreseen from the last step tell the error, and a step too long is halved. A step of the law ends where
 the speed turns within one of the motion. Where the shortest does not settle, as where a law sticks, its end is found by
-bisection of the speed.
+bisection of the speed. A mass that sticks stands still: its steps end so at once, and are as long as it stands.
 
 Of masses that differ a little, as for derivatives by differences, the others follow the steps of the first: what each
 errs is then nearly the same, and their difference does not hold it.
@@ -30,6 +30,8 @@ _ITERATIONS, _BISECTIONS = 12, 80
 _SHARE = 0.05
 # Share of the tolerance to which iterations settle, and below which the next step may be twice as long
 _SETTLED, _EASY = 0.02, 0.04
+# Share of the greatest speed below which a mass stands still
+_STANDING = 1e-12
 # How many times the tolerance one that follows another's steps may err before it halves them
 _FOLLOWS = 4.0
 
@@ -128,6 +130,14 @@ def _half_step(
 
 
 @kernel
+def _foreseen(last: tuple[float, float, float], ratio: float) -> tuple[float, float]:
+    """Return the accelerations at middle and end of a step, from those of the last, whose length is 1/ratio of its."""
+    first, middle, a = last
+    bend, slope = 2.0 * (first - 2.0 * middle + a), first - 4.0 * middle + 3.0 * a
+    return a + 0.5 * ratio * (slope + 0.5 * ratio * bend), a + ratio * (slope + ratio * bend)
+
+
+@kernel
 def _step(  # fmt: skip
     body: MovingMass,
     trials: tuple[Trial, Trial, Trial],
@@ -191,58 +201,123 @@ def _stuck(body: MovingMass, trial: Trial, begun: tuple[float, float], h: float,
 
 
 @kernel
+def _jump(body: MovingMass, trial: Trial, x: float, least: float, h: float) -> float:
+    """Return the jump in the acceleration where the speed turns."""
+    behind = _force(body, trial, (x, least, 0.0), h)
+    return abs(behind - _force(body, trial, (x, -least, 0.0), h)) / body.mass
+
+
+@kernel
+def _slipped(
+    body: MovingMass, trial: Trial, begun: tuple[float, float, float], h: float, push: tuple[float, float], least: float
+) -> tuple[float, float, float]:
+    """Return displacement, speed and acceleration at the end of a step in which a law may stick or slip.
+
+    The force jumps where the mass comes to a stand, turns or is released, at a time within the step. Until there and
+    from there on, what accelerates it is constant or linear. ``push`` is that at both ends of the step; a mass slower
+    than ``least`` stands.
+    """
+    x, v, a = begun
+    end = _stuck(body, trial, (x, v), h, push[1])
+    a_end, rise = (end - v) / h, push[1] - push[0]
+    if abs(v) <= least:
+        if abs(end) <= least:
+            return x, 0.0, 0.0
+        if a_end * (a_end - rise) >= 0.0:
+            return x + h * h * (0.5 * a_end - rise / 3.0), h * (a_end - 0.5 * rise), a_end
+        free = h * a_end / rise
+        return x + free * free * a_end / 6.0, 0.5 * free * a_end, a_end
+    if (end * v > 0.0 and abs(end) > least) or not v * a < 0.0:
+        return x + 0.5 * h * (v + end), end, a_end
+    moves = min(h, -v / a)
+    x, left, way = x + 0.5 * moves * v, h - moves, math.copysign(least, -v)
+    a_end = push[1] - _force(body, trial, (x, way, 0.0), h) / body.mass
+    if not a_end * way > 0.0:
+        return x, 0.0, 0.0
+    return x + 0.5 * left * left * a_end, left * a_end, a_end
+
+
+@kernel
+def _trials(body: MovingMass) -> tuple[Trial, Trial, Trial]:
+    """Return a trial from which a step begins, one for its middle and one for its end, or where the speed turns."""
+    size = body.chain.places.whole
+    start = trial_of(body.chain, np.zeros(size), body.others[0].copy())
+    half = Trial(np.zeros(size), start.given, start.after, start.work)
+    return start, half, Trial(np.zeros(size), start.given, start.after, start.work)
+
+
+@kernel
+def _settle(body: MovingMass, trial: Trial, moved: tuple[float, float, float], h: float) -> float:
+    """Return the force where a step of h s ends in a motion, which is taken."""
+    force = _force(body, trial, moved, h)
+    commit(body.chain, trial, h)
+    return force
+
+
+@kernel
+def _copy_state(trial: Trial, to: Trial) -> None:
+    for s in range(len(to.state)):
+        to.state[s] = trial.state[s]
+
+
+@kernel
+def _write(out: Array, n: int, found: tuple[float, float, float, float]) -> None:
+    for k in range(4):
+        out[k, n] = found[k]
+
+
+@kernel
 def moved_mass(body: MovingMass, tolerance: float, speed: float, pattern: StepPattern, follows: bool) -> Array:
     """Return displacement, velocity, acceleration and force (4, N) of a mass that begins at rest, on a law at rest.
 
     The tolerance is the error of a step as a share of the greatest speed so far, which is a first guess in m/s before.
     Its steps are written to a pattern, or are those of one that it follows.
     """
-    chain, push, fine = body.chain, body.push, body.fine
+    push, fine = body.push, body.fine
     samples = (len(push) - 1) // PER_SAMPLE + 1
     out = np.full((4, samples), np.nan)
-    start = trial_of(chain, np.zeros(chain.places.whole), body.others[0].copy())
-    half = Trial(np.zeros(chain.places.whole), start.given, start.after, start.work)
-    turn = Trial(np.zeros(chain.places.whole), start.given, start.after, start.work)
+    start, half, turn = _trials(body)
     x, v, k, place = 0.0, 0.0, 1, 0
-    force = _force(body, start, (x, v, 0.0), -1.0)
-    commit(chain, start, -1.0)
+    force = _settle(body, start, (x, v, 0.0), -1.0)
     a = push[0] - force / body.mass
     # accelerations of the last step, at its beginning and middle, and its length
-    first, middle, before, refused = a, a, 1, -1
-    out[0, 0], out[1, 0], out[2, 0], out[3, 0] = x, v, a, force
+    first, middle, before, refused, stands = a, a, 1, -1, False
+    _write(out, 0, (x, v, a, force))
     while place < len(push) - 1 and math.isfinite(x + v + a):
         least, most = 0, tolerance
         if follows and pattern[place] >= 0 and place != refused:
             k, least, most = pattern[place] >> 4, pattern[place] & 15, _FOLLOWS * tolerance
         width = PER_SAMPLE >> k
-        h, limit, ratio = fine * width, most * speed, width / before
-        bend, slope = 2.0 * (first - 2.0 * middle + a), first - 4.0 * middle + 3.0 * a
-        seen_half, seen_end = a + 0.5 * ratio * (slope + 0.5 * ratio * bend), a + ratio * (slope + ratio * bend)
-        begun = (x, v, a, seen_half, seen_end)
-        x_end, v_end, a_half, a_end, f_end, settled = _step(
-            body, (start, half, turn), (place, width, least), begun, limit
-        )
-        error = _SHARE * h * (abs(a_half - seen_half) + abs(a_end - seen_end)) / limit
-        if not (settled > 0 and error <= 1.0) and k < HALVINGS - 1:
+        h, limit, standing = fine * width, most * speed, _STANDING * speed
+        pushes = push[place], push[place + width]
+        if stands:
+            settled, error, v_end = 0, 0.0, _slipped(body, start, (x, v, a), h, pushes, standing)[1]
+            accepted = abs(v_end) <= standing
+        else:
+            seen_half, seen_end = _foreseen((first, middle, a), width / before)
+            x_end, v_end, a_half, a_end, f_end, settled = _step(
+                body, (start, half, turn), (place, width, least), (x, v, a, seen_half, seen_end), limit
+            )
+            error = _SHARE * h * (abs(a_half - seen_half) + abs(a_end - seen_end)) / limit
+            accepted = settled > 0 and error <= 1.0
+        if not accepted and k < HALVINGS - 1:
             k, refused = k + 1, place
             continue
+        jumps = not accepted and v * v_end < 0.0 and h * _jump(body, start, x, standing, h) > limit
+        settled = 0 if jumps else settled
         if not follows:
             pattern[place] = (k << 4) + settled
         if settled > 0:
-            for s in range(chain.places.whole):
-                start.state[s] = turn.state[s]
+            _copy_state(turn, start)
             first, middle = a, a_half
         else:
-            v_end = _stuck(body, start, (x, v), h, push[place + width])
-            a_end, x_end = (v_end - v) / h, x + 0.5 * h * (v + v_end)
-            f_end = _force(body, start, (x_end, v_end, a_end), h)
-            commit(chain, start, h)
+            x_end, v_end, a_end = _slipped(body, start, (x, v, a), h, pushes, standing)
+            f_end = _settle(body, start, (x_end, v_end, a_end), h)
             first = middle = a_end
+        stands = settled == 0 and abs(v_end) <= standing
         x, v, a, force, before = x_end, v_end, a_end, f_end, width
         speed, place = max(speed, abs(v)), place + width
         if place % PER_SAMPLE == 0:
-            n = place // PER_SAMPLE
-            out[0, n], out[1, n], out[2, n], out[3, n] = x, v, a, force
-        if error < _EASY and k > 0 and place % (2 * width) == 0:
-            k -= 1
+            _write(out, place // PER_SAMPLE, (x, v, a, force))
+        k -= 1 if error < _EASY and k > 0 and place % (2 * width) == 0 else 0
     return out

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
+from scipy.optimize import brentq
 
 from mrfit.driven import motion
 from mrfit.driven.integrator import PER_SAMPLE
@@ -89,6 +90,55 @@ def test_friction_holds_what_pushes_less() -> None:
     moved = simulated("bingham@force", values, 2.0 * drive)
     assert np.abs(held).max() < 1e-9
     assert np.abs(moved).max() > 1e-4
+
+
+@pytest.mark.parametrize(("friction", "error"), [(40.0, 3e-4), (70.0, 1e-5), (95.0, 2e-7), (120.0, 2e-7)])
+def test_a_mass_that_sticks_and_slips_agrees_with_an_independent_solver(friction: float, error: float) -> None:
+    time, m, c = np.arange(4000) * DT / 4, 2.0, 50.0
+
+    def slip(way: float, begins: float, x: float) -> tuple[np.ndarray, float, float]:
+        """Return the path from a release until the mass stands, its displacement and time there."""
+
+        def rates(t: float, y: np.ndarray) -> list[float]:
+            return [y[1], (push(t) - way * friction - c * y[1]) / m]
+
+        def stands(t: float, y: np.ndarray) -> float:
+            return 1.0 if t < begins + 1e-7 else way * y[1]
+
+        stands.terminal, stands.direction = True, -1.0  # type: ignore[attr-defined]
+        found = solve_ivp(
+            rates,
+            (begins, 1.0),
+            [x, 0.0],
+            "DOP853",
+            dense_output=True,
+            events=stands,
+            rtol=1e-10,
+            atol=1e-15,
+            max_step=2e-3,
+        )
+        end = found.t[-1]
+        return found.sol(time[(time > begins) & (time <= end)])[0], float(found.y[0, -1]), float(end)
+
+    expected, t, x = np.zeros(len(time)), 0.0, 0.0
+    fine = np.arange(200_000) * 5e-6
+    over = np.abs(push(fine)) > friction
+    while t < 1.0:
+        released = np.flatnonzero(over & (fine > t))
+        expected[time > t] = x
+        if not len(released):
+            break
+        near = fine[released[0]]
+        t = float(near)
+        if abs(push(near - 5e-6)) < friction:
+            t = float(brentq(lambda s: abs(push(s)) - friction, near - 5e-6, near))
+        path, x, t_end = slip(float(np.sign(push(near))), t, x)
+        rows = np.flatnonzero(time > t)[: len(path)]
+        expected[rows] = path
+        t = t_end
+    law = {"fy": friction, "C_inf": c, "f0": 0.0, "mass": m}
+    found = simulated("bingham@force", law, push(time), DT / 4)
+    assert np.abs(found - expected).max() < error * np.ptp(expected)
 
 
 def test_between_samples_a_drive_is_band_limited() -> None:
