@@ -20,7 +20,7 @@ SPEC = EffectSpec(
     inputs=("time",),
     params=(Param("g", "1/s", -1.0, 1.0, 0.0, text="drift of the gain"),),
     neutral=(0.0,),
-    aliases=("temperature",),
+    aliases=("temperature", "degradation"),
     experiment="one sine repeated after a rest, the amplifier left on: a warm fluid has cooled and gives its first "
     "force again, an amplifier's drift has gone on; a thermometer in the fluid",
     steady=False,

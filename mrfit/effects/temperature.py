@@ -30,7 +30,7 @@ SPEC = EffectSpec(
         Param("b_viscous", "1/K", -0.05, 0.05, 0.0, text="falling rate of the post-yield damping"),
     ),
     neutral=(0.0, 0.0),
-    aliases=("current-saturation", "quadratic-drag", "gain-drift"),
+    aliases=("current-saturation", "quadratic-drag", "gain-drift", "degradation"),
     experiment="one sine repeated while the damper warms and again after it cooled, or in a climatic chamber: "
     "temperature must move against current, speed and time, or tests at high current and speed, which are the warm "
     "ones, look alike",

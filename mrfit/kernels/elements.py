@@ -95,13 +95,15 @@ def response_of(
     return response
 
 
-def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Response:
+def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Callable[..., Array]:
     """Return the same of an effect on outputs (P, N), each vector's own."""
     response = response_of(spec, rest, step, 0, own)
 
-    def shape(output: Array, theta: Array, dt: Steps) -> Array:
-        """Return the changed outputs (P, N), theta (P, K)."""
-        return np.vstack([response(output[p : p + 1], theta[p : p + 1], dt) for p in range(len(theta))])
+    def shape(output: Array, theta: Array, dt: Steps, *channels: Array) -> Array:
+        """Return the changed outputs (P, N), theta (P, K), of the channels (N,) of the SPEC's inputs."""
+        return np.vstack(
+            [response(np.vstack([y, *channels]), own[None], dt) for y, own in zip(output, theta, strict=True)]
+        )
 
     return shape
 

@@ -24,6 +24,8 @@ class Settings:
         How the base's parameters depend on current: ``auto``, an order, or ``NAME=ORDER,…``.
     start
         The user's start values.
+    formulas
+        Whether a formula is looked for where the verdict is ``unexplained``.
     seed
         Of every random choice.
     jobs
@@ -35,5 +37,6 @@ class Settings:
     mass: Mass = ""
     current_order: CurrentOrder = "auto"
     start: Start = ()
+    formulas: Annotated[bool, Setting("Look for a formula where no effect explains the gap.")] = False
     seed: Seed = 0
     jobs: Jobs = 1

@@ -28,9 +28,10 @@ def workspace(
     mass: float = 0.0,
     drag: float = 0.0,
     gas: float = 0.0,
+    bump: float = 0.0,
     tests: tuple[tuple[float, float], ...] = TESTS,
 ) -> Workspace:
-    """A workspace of sine tests on such a damper, perhaps with a gas force in N, with white noise of 2 N."""
+    """A workspace of sine tests on such a damper, perhaps with a gas force or friction at one place in N."""
     rng = np.random.default_rng(7)
     made = Workspace(folder)
     records = []
@@ -39,6 +40,7 @@ def workspace(
         t = np.arange(PER_CYCLE * CYCLES) / (PER_CYCLE * frequency)
         x, v, a = stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t), -stroke * omega**2 * np.sin(omega * t)
         total = force(x, v, a, mass, drag) + gas * ((1.0 - x / GAS_COLUMN) ** -1.4 - 1.0)
+        total += bump * np.exp(-(((x - 4e-3) / 4e-3) ** 2)) * np.tanh(v / 5e-3)
         name = f"{frequency:g}Hz-{1e3 * stroke:g}mm"
         records.append(
             Recording(

@@ -136,6 +136,11 @@ def _able(
     return able, confounded
 
 
+def lawful_base(records: Sequence[Record], base: Base, effects: Sequence[Effect], policy: Policy) -> Base:
+    """Return a base without terms that one of some effects would be lost in."""
+    return _without_unlawful(records, base, _able(records, base, effects, policy)[0])
+
+
 def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[ExaminedEffect]) -> Base:
     """Return a base without terms that an effect would be lost in."""
     if not base.terms[0].shape[1]:

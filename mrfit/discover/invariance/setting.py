@@ -114,9 +114,10 @@ def setting_of(
     effects: Sequence[ExaminedEffect],
     policy: Policy,
     horizon: float = 1.0,
+    scales: Scales | None = None,
 ) -> RegressionData:
-    """Return records ready to be regressed, with the base's own terms (L + N, K) of each."""
-    scales = scales_of(records, horizon)
+    """Return records ready to be regressed, with the base's own terms (L + N, K) of each; scales may be given."""
+    scales = scales or scales_of(records, horizon)
     every = tuple(_row(r) for r in records)
     targets = [_targets(r, k) / scales.span for r, k in zip(records, every, strict=True)]
     return RegressionData(

@@ -383,6 +383,56 @@ class OtherBase(Row):
     gap: Gap
 
 
+class FormulaRange(Row):
+    """A variable of a formula, and the range that was visited, in SI."""
+
+    symbol: str
+    channel: str
+    unit: str
+    low: float
+    high: float
+
+
+class ProposedFormula(Row):
+    """A formula for what no law makes and no effect describes, or why none is proposed.
+
+    Attributes
+    ----------
+    reason
+        Why none is proposed; empty if one is.
+    text, coefficients
+        The formula in SI, and its coefficients with 95 % intervals, the constants as they are.
+    file, source
+        The formula as a plug-in: its name beside discovery.json, and its text.
+    alike
+        Formulas that the data do not tell from it.
+    law, after, closed
+        Errors of the best law on held-out conditions over the output's range, without and with the formula, and the
+        share of the squared error beyond noise that it takes; None without such conditions.
+    kept, clear
+        Share of what no law makes that it takes on conditions left out, and the standard errors of its least clear
+        coefficient.
+    left
+        Share of its force that no law makes: only this part is known.
+    box
+        Ranges of its variables within which it holds.
+    """
+
+    reason: str = ""
+    text: str = ""
+    file: str = ""
+    source: str = ""
+    coefficients: tuple[EffectParameter, ...] = ()
+    alike: tuple[str, ...] = ()
+    law: float | None = None
+    after: float | None = None
+    closed: float | None = None
+    kept: float = 0.0
+    clear: float = 0.0
+    left: float = 0.0
+    box: tuple[FormulaRange, ...] = ()
+
+
 class DiscoveryFile(Stored):
     """Content of discovery.json, the result of a discovery."""
 
@@ -409,6 +459,7 @@ class DiscoveryFile(Stored):
     ways: Ways | None = None
     other_laws: tuple[OtherLaw, ...] = ()
     other_base: OtherBase | None = None
+    proposed: ProposedFormula | None = None
     augmented_model: str
     held: tuple[tuple[str, float], ...] = ()
     segments: tuple[SegmentFloor, ...] = ()

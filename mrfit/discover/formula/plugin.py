@@ -1,0 +1,117 @@
+"""A formula as the source of an effect: a plug-in that is fitted, reported and exported as any other."""
+
+from mrfit.core import registry
+from mrfit.core.built_in import own_names
+from mrfit.core.channels import unit_of
+from mrfit.discover.formula.factors import FACTOR_KINDS, Factor, Term
+from mrfit.discover.formula.rows import FormulaRows
+from mrfit.discover.formula.standing import Formula
+from mrfit.discover.formula.wording import channel_of, reach, text_of, variables_of
+from mrfit.discover.policy import STANDARD
+
+NAME = "found-force"
+# Names of the scaled variables in the source
+SCALED = {"x": "place", "v": "speed", "a": "rate", "i": "level", "T": "warmth", "t": "age", "L": "law_force"}
+
+
+def source(rows: FormulaRows, formula: Formula) -> str:
+    """Return the source of an effect with a strength for each term; variables are held at the edge of the visited."""
+    made = rows.setting.records[0].made
+    unit = unit_of(made)
+    used = [v for v in variables_of(formula) if v != "L"]
+    on_law = "L" in variables_of(formula)
+    channels = [channel_of(v, made) for v in used]
+    strengths = [f"f{k + 1}" for k in range(len(formula.terms))]
+    inputs = [*(["L"] if on_law else []), *used]
+    added = " + ".join(f"{f} * {_product(rows, t)}" for f, t in zip(strengths, formula.terms, strict=True))
+    scaled = [_scaled(rows, v) for v in inputs]
+    values = ", ".join(f'channels["{c}"]' for c in channels)
+    slot, signature, first = ("output", "output, channels", "output, ") if on_law else ("add", "channels", "")
+    function = "shape" if on_law else "term"
+    lines = [
+        '"""Force found in the data; outside what was visited its variables are held at the edge.',
+        "",
+        f"    F = F_base {_signed(text_of(rows, formula))}",
+        '"""',
+        "",
+        "import numpy as np",
+        "",
+        "from mrfit.core.specs import EffectSpec, Param",
+        "from mrfit.kernels.theta import columns",
+        "",
+        "SPEC = EffectSpec(",
+        f'    name="{NAME}",',
+        '    title="Force found in the data",',
+        f'    equation="F = F_base + {" + ".join(f"{f}*g{k + 1}" for k, f in enumerate(strengths))}",',
+        '    reference="found by mrfit discover --formulas",',
+        f'    slot="{slot}",',
+        f'    outputs=("{made}",),',
+        f"    inputs=({''.join(f'{c!r}, ' for c in channels)}),",
+        "    params=(",
+        *(
+            f"        {_param(f, theta * rows.scales['L'].size, unit)},"
+            for f, theta in zip(strengths, formula.theta, strict=True)
+        ),
+        "    ),",
+        f"    neutral=({'0.0, ' * len(strengths)}),",
+        f"    aliases={_aliases(channels, made)!r},",
+        '    experiment="tests at amplitudes, speeds and currents between those that it was found on, and beyond: it "',
+        '    "must keep its strength in all of them",',
+        *(["    steady=False,"] if set(used) & set("tT") else []),
+        ")",
+        "",
+        "",
+        f"def law({', '.join([*inputs, *strengths])}):",
+        '    """Return the force of numbers or arrays that broadcast."""',
+        *(f"    {line}" for line in scaled),
+        f"    return {'L + ' if on_law else ''}{added}",
+        "",
+        "",
+        f"def {function}({signature}, theta, dt):",
+        f'    """Return the {"changed output" if on_law else "part that is added to the output"} (P, N)."""',
+        f"    return law({first}{values}{', ' if values else ''}*columns(theta))",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _signed(text: str) -> str:
+    return text if text.startswith("-") else f"+{text}"
+
+
+def _number(value: float) -> str:
+    text = repr(float(f"{value:.9g}"))
+    return f"({text})" if value < 0.0 else text
+
+
+def _scaled(rows: FormulaRows, variable: str) -> str:
+    scale = rows.scales[variable]
+    if variable == "L":
+        return f"{SCALED['L']} = L / {_number(scale.size)}"
+    low, high = (_number(end) for end in reach(rows, variable))
+    inside = f"({variable} - {_number(scale.origin)}) / {_number(scale.size)}"
+    return f"{SCALED[variable]} = np.clip({inside}, {low}, {high})"
+
+
+def _product(rows: FormulaRows, term: Term) -> str:
+    gauge = rows.gauge(term)
+    return " * ".join(_expression(f, gauge if f is term.gain else 0.0) for f in term.factors)
+
+
+def _expression(f: Factor, mean: float) -> str:
+    text = FACTOR_KINDS[f.kind].expression.format(*(_number(c) for c in f.constants), u=SCALED[f.variable])
+    return f"({text} - {_number(mean)})" if mean else f"({text})"
+
+
+def _param(name: str, force: float, unit: str) -> str:
+    bound = _number(max(STANDARD.formula_bound * abs(force), STANDARD.formula_least_bound)).strip("()")
+    text = f"force of term {name[1:]} at full scale, found {force:.6g}"
+    return f'Param("{name}", "{unit}", -{bound}, {bound}, 0.0, text="{text}")'
+
+
+def _aliases(channels: list[str], made: str) -> tuple[str, ...]:
+    """Return effects that add to the output what the same channels make: a formula may be mistaken for them."""
+    specs = [registry.load("effect", n).SPEC for n in own_names("effect")]
+    able = [s for s in specs if made in s.outputs]
+    alike = [s.name for s in able if s.slot == "add" and set(s.inputs) <= set(channels)]
+    return tuple(alike or [s.name for s in able])[: STANDARD.formula_told]
