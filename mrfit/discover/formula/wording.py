@@ -26,7 +26,7 @@ def proposed(found: Proposal) -> ProposedFormula:
     if found.why or formula is None or rows is None or sure is None:
         return ProposedFormula(reason=found.why)
     made = rows.setting.records[0].made
-    spread = STANDARD.formula_interval * sure.errors
+    spread = np.hypot(STANDARD.formula_interval * sure.errors, STANDARD.accuracy * formula.theta)
     terms = [
         _coefficient(rows, t, k, (float(theta), float(half)), made)
         for k, (t, theta, half) in enumerate(zip(formula.terms, formula.theta, spread, strict=True))
