@@ -2,10 +2,11 @@
 
     F = G/(1 + delta*E),    dE = F*dx,    dG/ds = (F_base - G)/(r*E)
 
-x displacement (m), s the travel (m), F force (N), E energy dissipated since the record began (J), delta the loss of
+x displacement (m), s the travel (m), F force (N), E energy dissipated since the segment began (J), delta the loss of
 strength (1/J), G (N) the force of the base, turning over a travel r*E that grows with the energy by r (m/J): the
 compliance behind a turn, 1/k, grows by r/F for every joule. With W the work of G, 1 + delta*E is sqrt(1 + 2*delta*W).
-Every record begins with a device that has recovered; where E is below 0, as of a spring that is given back, it is 0.
+Every segment begins with a device that has recovered: what cycles before it dissipated is not known, and delta takes
+it up. Where E is below 0, as of a spring that is given back, it is 0.
 
 Source: T. T. Baber, Y. K. Wen, J. Eng. Mech. Div. ASCE 107 (1981) 1069 (strength over 1 + delta_nu*E, compliance times
 1 + delta_eta*E); G. C. Foliente, J. Struct. Eng. 121 (1995) 1013.
