@@ -2,8 +2,8 @@
 
 `python -m benchmarks.stateful_effects --seed 1 --count 40`
 
-Every case draws a base with its start values scattered, an effect with its own values, nine sine tests and noise. A case
-is right if the effect is all that is named, or one of a set that the data do not tell apart.
+Every case draws a base with its start values scattered, an effect with its own values, nine sine tests and noise. A
+case is right if the effect is all that is named, or one of a set that the data do not tell apart.
 """
 
 import argparse
