@@ -35,6 +35,7 @@ from mrfit.report.explain import (
     sentences,
     takes_of,
 )
+from mrfit.report.formula_words import formula_sentences
 from mrfit.report.key import STYLE_SHEET
 from mrfit.report.law_words import law_sentences, nearer_law, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
@@ -143,7 +144,8 @@ def _verdict(found: DiscoveryFile) -> list[Section]:
     if command := next_step(found):
         text = "The model with what was found is fitted like any other: <code>{}</code>"
         words.append(Markup(text).format(command))
-    return [Section("Verdict", words, [_effects(found)]), _open_questions(found), _law_words(found)]
+    formula = Section("A formula for what has no name", points=formula_sentences(found))
+    return [Section("Verdict", words, [_effects(found)]), _open_questions(found), _law_words(found), formula]
 
 
 def _effects(found: DiscoveryFile) -> Table:

@@ -19,13 +19,13 @@ def formula_sentences(found: DiscoveryFile) -> list[str]:
     said += [f"Of it {c.name.partition(': ')[2]} has the coefficient {measured(c)}." for c in own.coefficients]
     if own.closed is not None:
         said.append(
-            f"On held-out conditions it takes {own.closed:.0%} of what no law makes there: "
+            f"On held-out conditions it takes {100.0 * own.closed:.0f} % of what no law makes there: "
             f"from {percent(own.law)} to {percent(own.after)} of the range."
         )
     if own.alike:
         said.append(f"These data do not tell it from {'; '.join(own.alike[:MOST_ALIKE])}.")
     box = ", ".join(f"{r.symbol} ({r.channel}) from {r.low:.3g} to {r.high:.3g} {r.unit}" for r in own.box)
-    said.append(f"Known is what no law makes of it, {own.left:.0%} of its force, within {box}.")
+    said.append(f"Known is what no law makes of it, {100.0 * own.left:.0f} % of its force, within {box}.")
     said.append(f"Fit it jointly with --plugin and discover/{own.file}; outside these ranges it is held at their edge.")
     return said
 

@@ -6,7 +6,6 @@ from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, EffectParameter, InvariantEffect, OtherLaw
 from mrfit.report.curves import prefixed
 from mrfit.report.determined import measured
-from mrfit.report.formula_words import formula_sentences
 from mrfit.report.numbers import percent
 
 # What a law has to keep for a name, by the tier of the effect
@@ -47,7 +46,7 @@ def law_sentences(found: DiscoveryFile) -> list[str]:
         said.append(f"{_first_up(listed(names))} cannot be told from the law here.")
     if found.ways and found.ways.difference and not found.suspects:
         said.append(f"{_first_up(found.ways.difference)}.")
-    return [*said, *formula_sentences(found)]
+    return said
 
 
 def nearer_law(found: DiscoveryFile) -> OtherLaw | None:

@@ -142,9 +142,9 @@ def lost_beside_other_laws(
     for what, setting in others.items():
         beside = measured(FormulaRows(setting, rows.scales, rows.samples, rows.weights), formula.terms)
         if beside.kept < policy.formula_further * least:
-            return f"{what} may have it: beside it {max(beside.kept, 0.0):.0%} are left to take"
+            return f"{what} may have it: beside it {100.0 * max(beside.kept, 0.0):.0f} % are left to take"
         if abs(1.0 - beside.size / formula.size) > policy.formula_drift:
-            return f"{what} changes its force by {abs(1.0 - beside.size / formula.size):.0%}"
+            return f"{what} changes its force by {100.0 * abs(1.0 - beside.size / formula.size):.0f} %"
     return ""
 
 

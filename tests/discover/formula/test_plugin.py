@@ -56,5 +56,5 @@ def test_a_discovery_that_ends_unexplained_proposes_it_and_a_joint_fit_finds_its
     fits = [fit_stage.run(work, fit_stage.Settings(m, per="all")) for m in ("tanh", f"tanh+{NAME}")]
     errors = [next(m.nrmse for m in f.metrics if m.role == "holdout" and m.nrmse) for f in fits]
     assert errors[1] < 0.1 * errors[0]
-    strength = next(p for p in fits[1].parameters if p.name == f"{NAME}.f1")
+    strength = next(p for p in fits[1].results[0].parameters if p.name == f"{NAME}.f1")
     assert strength.value == pytest.approx(150.0, rel=0.01)
