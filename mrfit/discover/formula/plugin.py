@@ -15,7 +15,10 @@ SCALED = {"x": "place", "v": "speed", "a": "rate", "i": "level", "T": "warmth", 
 
 
 def source(rows: FormulaRows, formula: Formula) -> str:
-    """Return the source of an effect with a strength for each term; variables are held at the edge of the visited."""
+    """Return the source of an effect with a strength for each term; variables are held at the edge of the visited.
+
+    A gain of the place is written without its mean over the stroke, which is the law's: a fit leaves it to the base.
+    """
     made = rows.setting.records[0].made
     unit = unit_of(made)
     used = [v for v in variables_of(formula) if v != "L"]
@@ -30,6 +33,8 @@ def source(rows: FormulaRows, formula: Formula) -> str:
     function = "shape" if on_law else "term"
     lines = [
         '"""Force found in the data; outside what was visited its variables are held at the edge.',
+        "",
+        "A gain of the place is less its mean, which is the base's.",
         "",
         f"    F = F_base {_signed(text_of(rows, formula))}",
         '"""',

@@ -89,16 +89,13 @@ class SiTerm:
 
 def _written(rows: FormulaRows, term: Term, made: str) -> SiTerm:
     scale, powers, texts = rows.scales["L"].size, _powers_of(unit_of(made)), []
-    gauge = rows.gauge(term)
     for f in term.factors:
         own = rows.scales[f.variable]
         power = _power(f)
         factor = own.size**power * _inverse(f)
         for base, own_power in _powers_of(unit_of(channel_of(f.variable, made)) or "s").items():
             powers[base] = powers.get(base, 0.0) - power * own_power
-        mean = gauge * factor if f is term.gain else 0.0
-        said = _factor(f, own)
-        texts.append(f"({said}{-mean:+.4g})" if mean else said)
+        texts.append(_factor(f, own))
         scale /= factor
     return SiTerm("*".join(texts), _unit_of(powers), scale)
 

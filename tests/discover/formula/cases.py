@@ -11,7 +11,6 @@ from mrfit.discover.policy import STANDARD
 from tests.discover.invariance.specimens import Force, no_effect, records
 
 SIZE, CENTRE, WIDTH = 120.0, 3e-3, 3e-3
-BUMP = "exp(-((x-0.003"
 
 
 def bump(channels: Mapping[str, Array], force: Array) -> Array:
