@@ -219,7 +219,8 @@ def _is_remembered(source: ExportSource, p: TrackedParameter) -> bool:
 def _covariances(source: ExportSource, places: Sequence[int], spans: Array) -> tuple[Array, Array]:
     """Return the covariance of the fit (K, K) at places of the parameters, and that where all others are known.
 
-    Of those that the fit leaves open it is a tenth of their size.
+    Of a parameter that the fit leaves open it is that of the derived quantity that moves with it; else a tenth of its
+    size.
     """
     result = next(r for r in source.content.results if r.condition == source.condition)
     stored, names = result.covariance, [source.spec.names[k] for k in places]
@@ -229,6 +230,11 @@ def _covariances(source: ExportSource, places: Sequence[int], spans: Array) -> t
         return found, found
     at = [stored.names.index(n) if n in stored.names else -1 for n in names]
     scale = [source.theta[k] if j >= 0 and stored.log[j] else 1.0 for k, j in zip(places, at, strict=True)]
+    for a, k in enumerate(places):
+        for name, slope in _moved_with(source, k) if at[a] < 0 else ():
+            if name in stored.names and (j := stored.names.index(name)) not in at:
+                at[a], scale[a] = j, 1.0 / slope
+                break
     known, rows = [a for a, j in enumerate(at) if j >= 0], np.array(stored.rows).reshape(2 * [len(stored.names)])
     mine = [at[a] for a in known]
     rest = [j for j, n in enumerate(stored.names) if n in source.spec.names and j not in mine]
@@ -240,6 +246,19 @@ def _covariances(source: ExportSource, places: Sequence[int], spans: Array) -> t
     alone[np.ix_(known, known)] = (rows[np.ix_(mine, mine)] - by_others) * sizes
     least = np.diag(np.square(1e-6 * np.maximum(spans, 1e-300)))
     return found + least, alone + least
+
+
+def _moved_with(source: ExportSource, place: int) -> list[tuple[str, float]]:
+    """Return derived quantities in proportion to a parameter, or nearly so, and their slopes; the nearest first."""
+    theta = np.stack([source.theta, source.theta])
+    step = _DIFFERENCE * (theta[0, place] or source.spec.params[place].high)
+    theta[1, place] += step
+    before, moved = source.assembly.derived(theta)
+    slopes = (moved - before) / step
+    with np.errstate(all="ignore"):
+        shares = np.abs(slopes * theta[0, place] / before)
+    off = np.where((shares > 0.5) & (shares < 2.0), np.abs(np.log(np.maximum(shares, 1e-300))), np.inf)
+    return [(source.spec.derived[d].name, float(slopes[d])) for d in np.argsort(off) if np.isfinite(off[d])]
 
 
 def _noise(source: ExportSource) -> tuple[float, float]:

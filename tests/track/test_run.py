@@ -9,8 +9,10 @@ import pytest
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.export.tracker import plan_of
+from mrfit.io.schemas.fit import Covariance
 from mrfit.kernels.tracking import begun_estimator, corrected
 from mrfit.track.run import ParameterTrack, track_log
+from tests.export.rigs import rig
 from tests.track.logs import DT, NOISE, SHARE, VALUES, columns, fitted, force, motion
 
 TRACKED = ("fy", "c", "f0")
@@ -28,6 +30,28 @@ def test_the_plan_is_what_fit_and_logs_say() -> None:
     assert plan.deviation == pytest.approx(NOISE, rel=0.05) and plan.correlated == pytest.approx(DT, rel=0.2)
     ((name, rate),) = plan.standing
     assert name == "velocity" and 0.0 < rate < 0.1 * np.abs(motion(4.0)["velocity"]).max()
+
+
+def test_a_parameter_that_is_open_has_the_deviation_of_what_moves_with_it() -> None:
+    source = rig("boucwen")
+    values = dict(
+        zip([q.name for q in source.spec.derived], source.assembly.derived(source.theta[None])[0], strict=True)
+    )
+    force, offset = 0.02 * values["yield_force"], 0.3 * abs(values["offset"])
+    stored = Covariance(
+        names=["yield_force", "offset"],
+        roles=["", ""],
+        log=[False, False],
+        rows=[[force**2, 0.5 * force * offset], [0.5 * force * offset, offset**2]],
+        degrees=1000.0,
+    )
+    results = [replace(source.content.results[0], covariance=stored)]
+    plan = plan_of(replace(source, content=replace(source.content, results=results)), ("alpha", "x0", "c"))
+    alpha, x0, c = (source.theta[source.spec.names.index(n)] for n in ("alpha", "x0", "c"))
+    # nothing that is stored moves with c: a tenth of its size
+    expected = [0.02 * alpha, 0.3 * abs(x0), 0.1 * c]
+    assert [p.deviation for p in plan.parameters] == pytest.approx(expected, rel=1e-4)
+    assert plan.prior[0, 1] == pytest.approx(0.5 * np.sign(alpha * values["yield_force"] * x0 * values["offset"]), 1e-3)
 
 
 def test_bands_include_errors_of_parameters_that_are_held() -> None:
