@@ -153,7 +153,7 @@ def _plain(found: DiscoveryFile) -> list[str]:
     changed = found.augmented_model != found.base_model and gap.plain_after is not None
     fits = f"{found.base_model} leaves {percent(gap.plain_before)}"
     fits += f", {found.augmented_model} {percent(gap.plain_after)}" * changed
-    return [f"Plain errors, of fits with `--per all` that weigh every sample alike: held out, {fits}."]
+    return [f"Plain errors, of fits with --per all that weigh every sample alike: held out, {fits}."]
 
 
 def closed_share(share: float) -> str:

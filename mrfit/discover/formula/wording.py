@@ -137,7 +137,7 @@ def _factor(f: Factor, scale: Scale) -> str:
         constants[0] = size / f.constants[0]
     origin = scale.origin if abs(scale.origin) > STANDARD.formula_small * size else 0.0
     variable = f"({f.variable}{-origin:+.4g})" if origin else f.variable
-    return kind.text.format(*(f"{c:.4g}" for c in constants), u=variable)
+    return kind.text.format(*(f"{c:.4g}" for c in constants), u=variable).replace("--", "+")
 
 
 def _coefficient(rows: FormulaRows, term: Term, at: int, value: tuple[float, float], made: str) -> EffectParameter:
