@@ -450,6 +450,7 @@ READERS = {
     "io/workspace.py": "load",  # stored_fit itself
     "fit/stage.py": "reusable",  # fits again by its key
     "compare/stage.py": "reusable",  # fits again by its key; Inputs for those it keeps
+    "discover/evidence/plain_fit.py": "reusable",  # fits again by its key
     "cli/pipeline.py": "reusable",  # of the settings of a fit that is being replaced
 }
 SIMULATING = {

@@ -10,6 +10,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import EXCITATIONS
 from mrfit.core.progress import Progress, silent
+from mrfit.core.protocols import HasStep
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
@@ -401,7 +402,7 @@ def with_steady_loops(found: CurrentDependence | None, model: str) -> CurrentDep
     A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
     """
     module = registry.load("model", model)
-    if found is None or not hasattr(module, "step"):
+    if found is None or not isinstance(module, HasStep):
         return found
     shape = {p.name for p in module.SPEC.params if p.role == "hysteresis"}
     return replace(found, orders=tuple((n, o) for n, o in found.orders if n not in shape))
