@@ -43,6 +43,8 @@ def test_the_error_on_held_out_conditions_falls_to_the_noise(study):
     assert gap["before"] > 5 * gap["noise_floor"]
     assert gap["after"] < 1.5 * gap["noise_floor"]
     assert gap["closed"] > 0.99
+    # a coil is not fitted again for its plain errors
+    assert (gap.get("plain_before") is None) == ("eddy" in study[0])
 
 
 def test_the_page_lies_beside_the_decision(study):
