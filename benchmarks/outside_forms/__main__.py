@@ -5,14 +5,11 @@
 
 from __future__ import annotations
 
-import argparse
 import json
-import shutil
-import tempfile
 import warnings
-from contextlib import nullcontext
 from pathlib import Path
 
+from benchmarks.campaign import campaign_parser, case_folder, cases_left, earlier_rows, store_row
 from benchmarks.second_rig.__main__ import MOST_PROCESSOR_TIME, run_command
 
 from . import sindy
@@ -58,45 +55,24 @@ def baselines(specimen: Specimen) -> dict[str, object]:
 
 def main() -> None:
     """Run the cases that are asked for and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--cases", type=int, default=len(KINDS), help="spread evenly over the kinds")
-    parser.add_argument("--first", type=int, default=0, help="index of the first case of each kind")
-    parser.add_argument("--kinds", nargs="+", choices=[*KINDS, *GROUPS], default=list(KINDS))
+    parser = campaign_parser(__doc__, KINDS, [*KINDS, *GROUPS])
     parser.add_argument("--base", default="", help="model given to the command; drawn where it is left out")
-    parser.add_argument("--out", type=Path, required=True, help="results, one line of JSON a case")
-    parser.add_argument("--resume", action="store_true", help="leave out the cases that are in the results")
-    parser.add_argument("--keep", type=Path, help="keep logs, truth and workspace of each case in this folder")
     parser.add_argument("--only-baselines", action="store_true", help="run no command of mrfit")
-    parser.add_argument("--only-table", action="store_true", help="print the tables of the results that are there")
     given = parser.parse_args()
     warnings.filterwarnings("ignore", module="pysindy")
-    rows = []
-    if given.out.exists():
-        if not (given.resume or given.only_table):
-            parser.error(f"{given.out} exists: continue it with --resume or name another file")
-        rows = [json.loads(line) for line in given.out.read_text().splitlines()]
-    done = {row["case"] for row in rows}
+    rows = earlier_rows(parser, given)
     kinds = [kind for name in given.kinds for kind in GROUPS.get(name, (name,))]
-    for number in range(0 if given.only_table else given.cases):
-        kind, index = kinds[number % len(kinds)], given.first + number // len(kinds)
-        case = f"seed{given.seed}-{kind}-{index:03d}"
-        if case in done:
-            continue
+    for kind, index, case in cases_left(given, kinds, rows):
         specimen = make_specimen(given.seed, kind, index, given.base)
         row = {"case": case, "kind": kind, "base": specimen.base, "law": specimen.damper.law.name}
         row |= {"waves": specimen.waves, "terms": [t.described() for t in specimen.terms], **sizes(specimen)}
-        if given.keep:
-            shutil.rmtree(given.keep / case, ignore_errors=True)
-        kept = nullcontext(given.keep / case) if given.keep else tempfile.TemporaryDirectory()
-        with kept as folder:
+        with case_folder(given, case) as folder:
             said = {} if given.only_baselines else run_case(Path(folder), specimen)
         row |= {"outcome": "none", **said, **baselines(specimen)}
         rows.append(row)
-        with given.out.open("a") as file:
-            file.write(json.dumps(row) + "\n")
-        said = f"{row.get('verdict', '')} {row.get('proposed', '')}{row.get('reason', '')}"
-        print(f"{case} ({row['base']}, {row['law']}): {row['outcome']}: {said}", flush=True)
+        store_row(given, row)
+        words = f"{row.get('verdict', '')} {row.get('proposed', '')}{row.get('reason', '')}"
+        print(f"{case} ({row['base']}, {row['law']}): {row['outcome']}: {words}", flush=True)
     for name in ("", *BASELINES):
         print(f"\n{name or 'mrfit discover --formulas'}\n\n{table(rows, name)}")
 

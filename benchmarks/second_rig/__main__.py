@@ -5,18 +5,16 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import resource
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
-from contextlib import nullcontext
 from pathlib import Path
+
+from benchmarks.campaign import campaign_parser, case_folder, cases_left, earlier_rows, store_row
 
 from .score import describe, read_discovery, score, table
 from .specimen import KINDS, make_specimen
@@ -83,35 +81,14 @@ def run_case(folder: Path, seed: int, kind: str, index: int) -> dict[str, object
 
 def main() -> None:
     """Run the cases that are asked for and print the table by kind."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--cases", type=int, default=len(KINDS), help="spread evenly over the kinds")
-    parser.add_argument("--first", type=int, default=0, help="index of the first case of each kind")
-    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
-    parser.add_argument("--out", type=Path, required=True, help="results, one line of JSON a case")
-    parser.add_argument("--resume", action="store_true", help="leave out the cases that are in the results")
-    parser.add_argument("--keep", type=Path, help="keep logs, truth and workspace of each case in this folder")
-    parser.add_argument("--only-table", action="store_true", help="print the table of the results that are there")
+    parser = campaign_parser(__doc__, KINDS, KINDS)
     given = parser.parse_args()
-    rows = []
-    if given.out.exists():
-        if not (given.resume or given.only_table):
-            parser.error(f"{given.out} exists: continue it with --resume or name another file")
-        rows = [json.loads(line) for line in given.out.read_text().splitlines()]
-    done = {row["case"] for row in rows}
-    for number in range(0 if given.only_table else given.cases):
-        kind, index = given.kinds[number % len(given.kinds)], given.first + number // len(given.kinds)
-        case = f"seed{given.seed}-{kind}-{index:03d}"
-        if case in done:
-            continue
-        if given.keep:
-            shutil.rmtree(given.keep / case, ignore_errors=True)
-        kept = nullcontext(given.keep / case) if given.keep else tempfile.TemporaryDirectory()
-        with kept as folder:
+    rows = earlier_rows(parser, given)
+    for kind, index, case in cases_left(given, given.kinds, rows):
+        with case_folder(given, case) as folder:
             row = run_case(Path(folder), given.seed, kind, index)
         rows.append(row)
-        with given.out.open("a") as file:
-            file.write(json.dumps(row) + "\n")
+        store_row(given, row)
         print(describe(row, given.keep), flush=True)
     print(table(rows, KINDS))
     print("\n".join(describe(row, given.keep) for row in rows if row["outcome"] != "right"))

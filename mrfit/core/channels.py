@@ -3,6 +3,7 @@
 Fits, searches and discoveries know no channel by name: what they need to know of one stands here.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -153,6 +154,11 @@ def unit_of(name: str) -> str:
     """Return the SI unit of a canonical channel, or the empty string for a channel no map has named."""
     channel = CHANNELS.get(name)
     return channel.unit if channel else ""
+
+
+def unit_factors(unit: str) -> list[tuple[str, str, str]]:
+    """Return (``*``, ``/`` or nothing; name; power as written) of a unit's factors, as pint writes it: ``N*s^2/m``."""
+    return re.findall(r"([*/]?)([A-Za-z]+|1)(?:\^(-?\d+))?", unit)
 
 
 def symbol_of(name: str) -> str:

@@ -274,8 +274,7 @@ def moved_mass(body: MovingMass, tolerance: float, speed: float, pattern: StepPa
     Its steps are written to a pattern, or are those of one that it follows.
     """
     push, fine = body.push, body.fine
-    samples = (len(push) - 1) // PER_SAMPLE + 1
-    out = np.full((4, samples), np.nan)
+    out = np.full((4, (len(push) - 1) // PER_SAMPLE + 1), np.nan)
     start, half, turn = _trials(body)
     x, v, k, place = 0.0, 0.0, 1, 0
     force = _settle(body, start, (x, v, 0.0), -1.0)
@@ -291,8 +290,8 @@ def moved_mass(body: MovingMass, tolerance: float, speed: float, pattern: StepPa
         h, limit, standing = fine * width, most * speed, _STANDING * speed
         pushes = push[place], push[place + width]
         if stands:
-            settled, error, v_end = 0, 0.0, _slipped(body, start, (x, v, a), h, pushes, standing)[1]
-            accepted = abs(v_end) <= standing
+            x_end, v_end, a_end = _slipped(body, start, (x, v, a), h, pushes, standing)
+            settled, error, accepted = 0, 0.0, abs(v_end) <= standing
         else:
             seen_half, seen_end = _foreseen((first, middle, a), width / before)
             x_end, v_end, a_half, a_end, f_end, settled = _step(
@@ -303,15 +302,16 @@ def moved_mass(body: MovingMass, tolerance: float, speed: float, pattern: StepPa
         if not accepted and k < HALVINGS - 1:
             k, refused = k + 1, place
             continue
-        jumps = not accepted and v * v_end < 0.0 and h * _jump(body, start, x, standing, h) > limit
-        settled = 0 if jumps else settled
+        if not accepted and v * v_end < 0.0 and h * _jump(body, start, x, standing, h) > limit:
+            settled = 0
         if not follows:
             pattern[place] = (k << 4) + settled
         if settled > 0:
             _copy_state(turn, start)
             first, middle = a, a_half
         else:
-            x_end, v_end, a_end = _slipped(body, start, (x, v, a), h, pushes, standing)
+            if not stands:
+                x_end, v_end, a_end = _slipped(body, start, (x, v, a), h, pushes, standing)
             f_end = _settle(body, start, (x_end, v_end, a_end), h)
             first = middle = a_end
         stands = settled == 0 and abs(v_end) <= standing

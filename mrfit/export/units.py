@@ -1,7 +1,8 @@
 """Units as FMI and SSP write them, by the powers of SI base units, and as Modelica does."""
 
-import re
 from functools import cache
+
+from mrfit.core.channels import unit_factors
 
 # Units of parameters and channels in SI base units, besides which products, quotients and powers are written
 _NAMED = {
@@ -31,7 +32,7 @@ def base_units(unit: str) -> tuple[tuple[str, str], ...]:
     Units are read as pint writes them, left to right: ``N*s/m``, ``ohm/A^2/s``.
     """
     powers: dict[str, int] = {}
-    for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\^(-?\d+))?", unit):
+    for sign, name, power in unit_factors(unit):
         if name not in _NAMED:
             return ()
         times = int(power or 1) * (-1 if sign == "/" else 1)
@@ -45,7 +46,7 @@ def base_units(unit: str) -> tuple[tuple[str, str], ...]:
 def modelica_unit(unit: str) -> str:
     """Return a unit as Modelica writes it (MLS section 19): ``N.s2/m2`` for ``N*s^2/m^2``, ``Ohm/(A2.s)``."""
     over, under = list[str](), list[str]()
-    for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\^(-?\d+))?", unit):
+    for sign, name, power in unit_factors(unit):
         written = ("Ohm" if name == "ohm" else name) + power
         (under if sign == "/" else over).append(written)
     over = [f for f in over if f != "1"] or ["1"]

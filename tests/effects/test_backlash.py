@@ -3,18 +3,11 @@
 import numpy as np
 import pytest
 
-import mrfit
 from mrfit.effects import free_play
 from mrfit.effects.backlash import shape
-from mrfit.simulate.assembly import assemble
+from tests.effects.joints import DT, SPEED, planted_fit, triangle
 
-DT, SPEED, W = 1e-3, 0.05, 1e-3
-
-
-def triangle(amplitude: float = 0.01) -> dict[str, np.ndarray]:
-    quarter = round(amplitude / SPEED / DT)
-    side = np.where((np.arange(20 * quarter) + quarter) // (2 * quarter) % 2 == 0, 1.0, -1.0)
-    return {"displacement": np.cumsum(side) * SPEED * DT, "velocity": side * SPEED}
+W = 1e-3
 
 
 def force(theta: list[float], channels: dict[str, np.ndarray], size: float = 100.0) -> np.ndarray:
@@ -51,15 +44,6 @@ def test_a_force_that_passes_zero_while_the_joint_turns_has_no_step() -> None:
 
 
 def test_a_fit_finds_the_joint_that_was_planted() -> None:
-    rng, whole = np.random.default_rng(5), assemble("dahl+backlash")
-    theta, logs = whole.spec.start[None].copy(), []
-    theta[0, -3:] = 0.8, 1.2e-3, 3.0
-    for amplitude in (3e-3, 0.01):
-        channels = triangle(amplitude)
-        drive = np.stack([channels[n] for n in whole.spec.inputs])
-        made = whole.simulate(drive, theta, DT)[0]
-        made = made + rng.normal(0.0, 2e-3 * np.ptp(made), len(made))
-        logs.append(mrfit.Recording.from_arrays(dt=DT, force=made, name=f"{amplitude:g} m", **channels))
-    found = mrfit.fit(logs, "dahl+backlash", per="all", holdout="none", progress=False)
-    assert found.params.loc["backlash.d", "value"] == pytest.approx(0.8, rel=0.05)
-    assert found.params.loc["backlash.w", "value"] == pytest.approx(1.2e-3, rel=0.05)
+    found = planted_fit("backlash", (0.8, 1.2e-3, 3.0))
+    assert found.loc["backlash.d", "value"] == pytest.approx(0.8, rel=0.05)
+    assert found.loc["backlash.w", "value"] == pytest.approx(1.2e-3, rel=0.05)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from mrfit.errors import MrfitError, Unreachable
 from mrfit.fit import stage as fit_stage
 from mrfit.io.dataset import Dataset
-from mrfit.io.schemas.discovery import DiscoveryFile, Gap
+from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace
@@ -29,7 +29,7 @@ def with_plain_errors(found: DiscoveryFile, workspace: Workspace, settings: Sett
     before = after = _stated(workspace, data, _fit_of(found.base_model, settings))
     if found.augmented_model != found.base_model:
         after = _stated(workspace, data, _fit_of(found.augmented_model, settings, found.held))
-    gap = Gap(**{**found.gap.model_dump(), "plain_before": before, "plain_after": after})
+    gap = found.gap.model_copy(update={"plain_before": before, "plain_after": after})
     return found.model_copy(update={"gap": gap})
 
 

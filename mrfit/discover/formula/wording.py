@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.core.channels import CONTROL, MOTION, WARMTH, unit_of
+from mrfit.core.channels import CONTROL, MOTION, WARMTH, unit_factors, unit_of
 from mrfit.discover.formula.factors import FACTOR_KINDS, Factor, Term
 from mrfit.discover.formula.proposal import Proposal
 from mrfit.discover.formula.rows import FormulaRows, Scale
@@ -103,11 +103,8 @@ def _written(rows: FormulaRows, term: Term, made: str) -> SiTerm:
 def _powers_of(unit: str) -> dict[str, float]:
     """Return the power of each unit in a product of units, as ``m/s^2``."""
     found: dict[str, float] = {}
-    above, *below = unit.split("/")
-    for sign, part in ((1.0, above), *((-1.0, b) for b in below)):
-        for factor in part.split("*"):
-            name, _, power = factor.partition("^")
-            found[name] = found.get(name, 0.0) + sign * float(power or 1.0)
+    for sign, name, power in unit_factors(unit):
+        found[name] = found.get(name, 0.0) + float(power or 1) * (-1.0 if sign == "/" else 1.0)
     return found
 
 
