@@ -114,7 +114,7 @@ LAWS = {
         Law("biviscous", _biviscous, _knee),
         Law("regularised-bingham", _regularised, _knee),
         Law("tanh", _tanh, _hysteretic, spring=True, memory=True),
-        Law("guo", _guo, _hysteretic, spring=True, memory=True),
+        Law("guo", _guo, _hysteretic, memory=True),
         Law("dahl", _dahl, lambda rng, speed, stroke: {"d": stroke * float(rng.uniform(0.02, 0.08))}, memory=True),
         Law(
             "boucwen",
