@@ -64,7 +64,7 @@ def fitted(data: Dataset, model: str) -> dict[str, Any]:
 
 def rows_of(workspace: Workspace, target: Path | None) -> list[dict[str, Any]]:
     """Return a row for every model and what is held out, those of the target as they are."""
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     recordings, rows = load_recordings(workspace, segments), read(target)
     done = {(r["held"], r["model"]) for r in rows}
     for name, conditions in left_out(segments).items():
@@ -109,7 +109,7 @@ def choice(folders: Sequence[str]) -> str:
     """Return a line for each workspace: the currents held in training, and whether laws are chosen by them."""
     lines = []
     for folder in folders:
-        segments, _ = (workspace := Workspace(Path(folder))).read_segments()
+        segments = (workspace := Workspace(Path(folder))).read_segments()
         currents = tested_currents(segments, load_recordings(workspace, segments))
         chosen = to_choose("tanh", "auto", currents)
         lines.append(f"{folder}: currents held {currents.levels}; laws of current are {'' if chosen else 'not '}chosen")

@@ -70,7 +70,7 @@ class Study:
     def keys(self) -> tuple[str, str]:
         """Return the keys a fit and a discovery would have now."""
         workspace = Workspace(self.work)
-        here = workspace.made_from(workspace.read_segments()[0])
+        here = workspace.made_from(workspace.read_segments())
         return fit_key({"model": "bingham"}, *here), discovery_key({"model": "bingham"}, *here)
 
     @staticmethod

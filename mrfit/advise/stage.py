@@ -107,7 +107,7 @@ def has_rig(workspace: Workspace, settings: Settings) -> bool:
 
 
 def _sources(workspace: Workspace) -> list[str]:
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     return [workspace.read_recording(i, streamed=True).source for i in dict.fromkeys(s.recording for s in segments)]
 
 

@@ -180,7 +180,7 @@ def rig_lines(work: Path) -> list[str]:
     """Return a table ``[rig]`` with what the tests of a workspace took."""
     from mrfit.advise.rig import rig_lines as of_segments
 
-    return of_segments(Workspace(work).read_segments()[0])
+    return of_segments(Workspace(work).read_segments())
 
 
 def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progress: Progress) -> Summary:

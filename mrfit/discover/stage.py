@@ -109,7 +109,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     unknown = [n for n, _ in settings.start if n not in names]
     if unknown:
         raise ConfigError(f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(names)}")
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     data, rows = workspace.made_from(segments)
     key = discovery_key(asdict(given), data, rows)
     folder = workspace.root / "discover"

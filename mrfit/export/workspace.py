@@ -50,7 +50,7 @@ def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Log
         names = ["time", "measured", "simulated", *assembly.spec.inputs]
         if missing := [n for n in names if n not in whole.column_names]:
             raise DataError(f"{path}: lacks the column {missing[0]}; run `mrfit fit` again")
-        segments = {s.id: s for s in workspace.read_segments()[0]} if workspace.segments_file.is_file() else {}
+        segments = {s.id: s for s in workspace.read_segments()} if workspace.segments_file.is_file() else {}
         found = list[LogStretch]()
         for rows in _blocks(whole):
             columns = {n: rows[n].to_numpy().astype(np.float64) for n in names}

@@ -139,7 +139,7 @@ def _largest(pairs: list[tuple[Array, Array]]) -> float:
 
 def _parts(workspace: Workspace, fit: Fit, assembly: Assembly) -> Iterator[SegmentPart]:
     """Yield the first piece of the segments of a fit, of segments spread over them where there are many samples."""
-    segments = {s.id: s for s in workspace.read_segments()[0]}
+    segments = {s.id: s for s in workspace.read_segments()}
     used = {s.id: [u.role for u in r.segments if u.id == s.id] for r in fit.results for s in r.segments}
     if missing := [name for name in used if name not in segments]:
         raise DataError(f"{workspace.segments_file}: no segment {missing[0]}")

@@ -54,7 +54,7 @@ def load_recordings(workspace: Workspace, segments: Sequence[Segment], streamed:
 
 def read_dataset(workspace: Workspace, streamed: bool = False) -> Dataset:
     """Return the segments of a workspace and their recordings, the long ones' channels left on disk if ``streamed``."""
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     return Dataset(segments, load_recordings(workspace, segments, streamed))
 
 

@@ -79,7 +79,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs or every simulation diverges.
     """
     check(settings)
-    contents, cut = workspace.made_from(workspace.read_segments()[0])
+    contents, cut = workspace.made_from(workspace.read_segments())
     key = fit_key(asdict(settings), contents, cut)
     folder = workspace.fit_folder(settings.fit_name)
     existing = reusable(folder / "fit.json", Fit)

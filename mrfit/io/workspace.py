@@ -24,7 +24,7 @@ from mrfit.errors import ConfigError, DataError, MissingResource
 from mrfit.io.atomic import refuse_link, write_atomic
 from mrfit.io.escapes import visible_in_page
 from mrfit.io.faults import plain_fault
-from mrfit.io.footer import key_value_metadata
+from mrfit.io.footer import written_text
 from mrfit.io.keys import content_of, file_digest, stamp
 from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
@@ -338,10 +338,9 @@ class Workspace:
         """Return the hash of its content that was written with a recording."""
         path = self._file_left_by(stage, identifier)
         with reading(path, "run `mrfit ingest` on its log again"):
-            metadata = key_value_metadata(path)
-            if CONTENT not in metadata:
+            if (written := written_text(path, CONTENT)) is None:
                 raise ValueError("an older mrfit's, without a hash of its content")
-        return metadata[CONTENT]
+        return written
 
     def _files(self) -> Mapping[Path, str]:
         """Return the hashes of the recordings' files as they were written, read again where the summaries were."""
@@ -432,8 +431,8 @@ class Workspace:
         rows = table(made).replace_schema_metadata(dict(metadata))
         write_atomic(self.segments_file, lambda p: pq.write_table(rows, p, compression="zstd"))
 
-    def read_segments(self) -> tuple[list[Segment], dict[str, str]]:
-        """Return the segments and the metadata written with them.
+    def read_segments(self) -> list[Segment]:
+        """Return the segments.
 
         Raises
         ------
@@ -454,7 +453,7 @@ class Workspace:
         except ValueError as error:
             fault = plain_fault(error)  # type: ignore[arg-type]
             raise DataError(f"{self.segments_file}: damaged, or another mrfit's: {fault}; {remedy}") from error
-        return [Segment(**row) for row in found], key_value_metadata(self.segments_file)
+        return [Segment(**row) for row in found]
 
     def segments_summary(self) -> SegmentsFile | None:
         """Return the summary written with the segments, None if they are not there or without one."""
@@ -462,7 +461,7 @@ class Workspace:
             return None
         remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
         with reading(self.segments_file, remedy):
-            text = key_value_metadata(self.segments_file).get("mrfit")
+            text = written_text(self.segments_file, "mrfit")
         if text is None:
             return None
         return parsed(self.segments_file, text, SegmentsFile, remedy)
@@ -476,7 +475,7 @@ class Workspace:
             As ``read_segments`` does.
         """
         summary = self.segments_summary()
-        return [_segment(row) for row in summary.segments] if summary else self.read_segments()[0]
+        return [_segment(row) for row in summary.segments] if summary else self.read_segments()
 
     @property
     def latest(self) -> str:

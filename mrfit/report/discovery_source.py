@@ -144,7 +144,7 @@ def read_discovery(workspace: Workspace) -> Discovery:
     if not table.is_file():
         raise DataError(f"{table}: is missing; delete {table.parent} and run `mrfit discover` again")
     columns, _ = read_table(table)
-    segments = {s.id: s for s in workspace.read_segments()[0]}
+    segments = {s.id: s for s in workspace.read_segments()}
     if any(one.id not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
     used = [_UsedSegment(segments[one.id], one.noise_floor or 0.0) for one in listed]

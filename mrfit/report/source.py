@@ -208,4 +208,4 @@ def with_integrals(inputs: dict[str, Array], time: Array, frequency: float) -> d
 
 
 def _segments(workspace: Workspace) -> list[Segment]:
-    return workspace.read_segments()[0] if workspace.segments_file.is_file() else []
+    return workspace.read_segments() if workspace.segments_file.is_file() else []

@@ -194,7 +194,7 @@ def _key(work: Path, step: str) -> str:
         return flux_key(asdict(workspace.flux_file().settings), workspace.contents(workspace.identifiers))
     if step == "report":
         return mrfit.report.stage.report_key(workspace, ["bingham.lsq.all", NAME], {})
-    here = workspace.made_from(workspace.read_segments()[0])
+    here = workspace.made_from(workspace.read_segments())
     file = "discover/discovery.json" if step == "discovery" else f"fits/{NAME}/fit.json"
     key = discovery_key if step == "discovery" else fit_key
     return key(read_json(work / file)["settings"], *here)

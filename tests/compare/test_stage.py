@@ -36,7 +36,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Workspace:
     theta = np.array([200.0, 900.0, 60.0, 30.0, 700.0, 500.0, 5.0])
     bench = Bench(assemble("tanh", dependence), theta, 0.01, 4)
     made = write_workspace(tmp_path_factory.mktemp("compare"), bench, SINES, LEVELS)
-    segments, _ = made.read_segments()
+    segments = made.read_segments()
     made.write_segments([replace(s, role="holdout" if s.frequency == HELD_OUT else "train") for s in segments], {})
     return made
 

@@ -29,7 +29,7 @@ def suspect(name: str, **more: str) -> Suspect:
 @pytest.fixture(scope="module")
 def gathering(tmp_path_factory: pytest.TempPathFactory) -> Any:
     made = workspace(Path(tmp_path_factory.mktemp("mass")), mass=MASS, tests=((1.0, 0.01), (4.0, 0.01)))
-    segments = made.read_segments()[0]
+    segments = made.read_segments()
     bench = build_bench(segments, load_recordings(made, segments), assemble("tanh"), effects_for("force"))
 
     def refit_of(fit: Fit) -> Refit:

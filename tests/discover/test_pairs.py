@@ -26,7 +26,7 @@ EFFECTS = [registry.load("effect", name).SPEC for name in ("inertia", "quadratic
 def inquiry_of(folder: Path, mass: float, drag: float) -> Inquiry:
     """Return the case of a damper with a mass and an orifice loss, from a base that has neither."""
     study = workspace(folder, mass=mass, drag=drag)
-    segments, _ = study.read_segments()
+    segments = study.read_segments()
     bench = build_bench(segments, load_recordings(study, segments), assemble("tanh"), EFFECTS)
     fitter = Fitter(bench, "tanh", None, {}, {}, lambda effects, point: None)
     gathering = SimulatedEvidence(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)

@@ -28,7 +28,7 @@ EFFECTS: list[EffectSpec] = [registry.load("effect", name).SPEC for name in NAME
 def fitter(tmp_path_factory: pytest.TempPathFactory) -> Fitter:
     """A damper with a moving mass of 12 kg, to which a base without one was fitted."""
     study = workspace(Path(tmp_path_factory.mktemp("study")), mass=12.0)
-    segments, _ = study.read_segments()
+    segments = study.read_segments()
     bench = build_bench(segments, load_recordings(study, segments), assemble("tanh"), EFFECTS)
     found = Fitter(bench, "tanh", None, {}, {}, lambda effects, point: None)
     found.first(0)

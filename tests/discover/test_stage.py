@@ -128,7 +128,7 @@ def test_a_stopped_discovery_goes_on_from_its_finished_fits(tmp_path: Path) -> N
 def test_a_fit_that_was_improved_is_improved_again_by_a_resumed_run(tmp_path: Path) -> None:
     """What a run found after better starts must not stand where a resumed one fits from the first starts."""
     study = workspace(tmp_path, mass=12.0)
-    segments, _ = study.read_segments()
+    segments = study.read_segments()
     data = Dataset(segments, load_recordings(study, segments))
     fitter = _fitter(study, Settings("tanh"), None, data, "key")
     first, better = np.zeros(3), np.ones(3)
@@ -150,7 +150,7 @@ def test_start_values_of_written_effects_are_taken(tmp_path: Path) -> None:
 
 def test_a_dead_load_cell_is_no_case_for_discovery(tmp_path: Path) -> None:
     study = workspace(tmp_path)
-    for segment in study.read_segments()[0]:
+    for segment in study.read_segments():
         recording = study.read_recording(segment.recording)
         force = np.full(recording.samples, 3.0)
         study.write_recording(replace(recording, channels={**recording.channels, "force": force}))

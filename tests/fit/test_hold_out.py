@@ -16,7 +16,7 @@ def test_no_sample_after_the_cut_is_fitted(per: Literal["all", "condition"], tmp
     assembly = assemble("bingham")
     bench = Bench(assembly, assembly.spec.start, 0.01, 1)
     workspace = write_workspace(tmp_path, bench, ((1.0, 0.01),), (0.0,))
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     # one cycle leads in, eight of 100 samples follow
     workspace.write_segments(hold_out_after(segments, "6", {segments[0].recording: 0.01}), {})
     fit = mrfit.fit.stage.run(workspace, mrfit.fit.stage.Settings("bingham", "lsq", per=per))

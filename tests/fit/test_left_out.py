@@ -25,7 +25,7 @@ def damper(folder: Path, lacking: dict[str, str], held_out: tuple[float, ...] = 
     """Four logs of a damper, by frequency in Hz; ``lacking`` names the channel that the log of a frequency has not."""
     bench = Bench(assemble("bingham"), np.array([300.0, 900.0, 0.0]), 0.01, 1)
     workspace = write_workspace(folder, bench, SINES, (0.5,))
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     workspace.write_segments([replace(s, role="holdout" if s.frequency in held_out else s.role) for s in segments], {})
     for segment in segments:
         channel = lacking.get(f"{segment.frequency:g}")
@@ -60,7 +60,7 @@ def test_what_was_left_out_does_not_change_what_is_fitted(tmp_path: Path) -> Non
     settings = Settings("bingham", "lsq", per="all")
     lacking = mrfit.fit.stage.run(damper(tmp_path / "a", {"2": "force"}), settings)
     without = damper(tmp_path / "b", {})
-    without.write_segments([s for s in without.read_segments()[0] if s.frequency != 2.0], {})
+    without.write_segments([s for s in without.read_segments() if s.frequency != 2.0], {})
     assert lacking.results == mrfit.fit.stage.run(without, settings).results
 
 

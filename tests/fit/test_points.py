@@ -39,7 +39,7 @@ def fit(workspace: Workspace) -> dict[str, Any]:
 def test_parameters_are_the_characteristic_points_and_nothing_else(workspace: Workspace, fit: dict[str, Any]) -> None:
     assert len(fit.results) == 3
     for result in fit.results:
-        segment = next(s for s in workspace.read_segments()[0] if s.condition == result.condition)
+        segment = next(s for s in workspace.read_segments() if s.condition == result.condition)
         log = workspace.read_recording(segment.recording)
         # the first two thirds of the cycles: the rest is held out
         part = slice(segment.start, segment.stop - (segment.cycles // 3) * 100)

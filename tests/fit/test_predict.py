@@ -64,7 +64,7 @@ def test_its_own_condition_and_a_joint_fit_are_predicted_without_one(fitted: Wor
 def test_a_moving_current_is_not_taken_for_a_level(fitted: Workspace, tmp_path: Path) -> None:
     fit = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq"))
     moving = logs(tmp_path, 2.0, 0.010, 1.0)
-    segment = replace(moving.read_segments()[0][0], current=float("nan"), condition="sine-2Hz-0.01")
+    segment = replace(moving.read_segments()[0], current=float("nan"), condition="sine-2Hz-0.01")
     moving.write_segments([segment], {})
     assert "current 1 A instead of a moving one" in predict(fit, read_dataset(moving)).warnings[0].text
 

@@ -20,7 +20,7 @@ SINES = ((0.5, 0.003), (1.0, 0.010), (2.0, 0.020))
 def logs(tmp_path: Path) -> tuple[list[Segment], dict[str, Recording]]:
     bench = Bench(assemble("bingham"), np.array([300.0, 900.0, 0.0]), 0.01, 1)
     workspace = write_workspace(tmp_path, bench, SINES, (0.5,))
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     return segments, {s.recording: workspace.read_recording(s.recording) for s in segments}
 
 
@@ -57,7 +57,7 @@ def test_the_tests_of_the_paper_fall_into_the_band_it_names(
 ) -> None:
     bench = Bench(assemble("bingham"), np.array([300.0, 900.0, 0.0]), 0.01, 1)
     workspace = write_workspace(tmp_path, bench, ((frequency, amplitude),), (0.5,))
-    segment = workspace.read_segments()[0][0]
+    segment = workspace.read_segments()[0]
     assert speed_class(segment, workspace.read_recording(segment.recording)) == band
 
 

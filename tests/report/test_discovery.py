@@ -387,7 +387,7 @@ def test_no_discovery_and_changed_segments_are_errors_with_a_remedy(tmp_path):
     with pytest.raises(DataError, match=r"residuals.parquet: is missing; delete .*discover and run"):
         discovery.run(workspace)
     (tmp_path / "kept").rename(workspace.root / "discover" / "residuals.parquet")
-    segments, _ = workspace.read_segments()
+    segments = workspace.read_segments()
     workspace.write_segments(segments[1:], {})
     with pytest.raises(DataError, match=r"segments have changed since; run `mrfit discover` again"):
         discovery.run(workspace)

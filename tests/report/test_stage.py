@@ -145,13 +145,13 @@ def test_folder_that_cannot_be_written_is_an_error_with_a_remedy(tmp_path):
 def test_fit_made_from_other_data_is_said_to_be(small):
     path = small.fit_folder("bingham.lsq.all") / "fit.json"
     fit = json.loads(path.read_text())
-    for recording in {s.recording for s in small.read_segments()[0]}:
+    for recording in {s.recording for s in small.read_segments()}:
         small.write_recording(Recording(recording, "", "a", "none", 1e-3, 0.0, {"force": np.zeros(3)}, {}))
-    write_json(path, {**fit, "key": fit_key(fit["settings"], *small.made_from(small.read_segments()[0]))})
+    write_json(path, {**fit, "key": fit_key(fit["settings"], *small.made_from(small.read_segments()))})
     said = "Out of date: fit again"
     assert run(small, Settings()).outdated == []
     assert said not in (small.report_folder / "index.html").read_text(encoding="utf-8")
-    segments = small.read_segments()[0]
+    segments = small.read_segments()
     small.write_segments([replace(s, role="train") for s in segments[:-1]], {})
     assert run(small, Settings()).outdated == ["bingham.lsq.all"]
     assert said in (small.report_folder / "index.html").read_text(encoding="utf-8")

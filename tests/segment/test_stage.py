@@ -28,7 +28,7 @@ def logs() -> list[Recording]:
 def test_every_log_of_a_grid_becomes_its_condition(tmp_path: Path) -> None:
     made = workspace(tmp_path, logs())
     summary = run(made, Settings())
-    segments, _ = made.read_segments()
+    segments = made.read_segments()
     assert {s.condition for s in segments} == {f"sine-{f}Hz-{a}A" for f in (1, 5, 10) for a in (1, 3, 5)}
     assert sum(c.role == "holdout" for c in summary.conditions) == 2
     assert [s.id for s in summary.segments] == [s.id for s in segments]
@@ -38,7 +38,7 @@ def test_every_log_of_a_grid_becomes_its_condition(tmp_path: Path) -> None:
 def test_hold_out_may_begin_in_time(tmp_path: Path) -> None:
     made = workspace(tmp_path, logs()[:1])
     summary = run(made, Settings(holdout="after=4"))
-    train, held = made.read_segments()[0]
+    train, held = made.read_segments()
     assert (train.role, held.role) == ("train", "holdout")
     assert train.stop == held.start == pytest.approx(2000, abs=250) and train.cycles + held.cycles == 7
     assert [(c.role, c.samples) for c in summary.conditions] == [
@@ -71,7 +71,7 @@ def test_the_order_of_the_files_changes_nothing(tmp_path: Path) -> None:
     for name, recordings in (("a", logs()), ("b", logs()[::-1])):
         made = workspace(tmp_path / name, recordings)
         run(made, Settings())
-        tables.append([repr(s) for s in made.read_segments()[0]])
+        tables.append([repr(s) for s in made.read_segments()])
     assert tables[0] == tables[1]
 
 
@@ -149,7 +149,7 @@ def test_a_real_damper_is_segmented_by_the_conditions_of_its_file_names(real_log
     recordings = utfsm(real_logs)
     made = workspace(tmp_path, recordings)
     run(made, Settings())
-    segments, _ = made.read_segments()
+    segments = made.read_segments()
     assert len(segments) == len(recordings) == 10
     assert "sine-5Hz-2mm-0.25A" in {s.condition for s in segments}
     for segment, log in zip(segments, sorted(recordings, key=lambda r: r.id), strict=True):
@@ -167,7 +167,7 @@ def test_a_real_transformer_loop_is_one_segment(real_logs: Path, tmp_path: Path)
     log = recording("bh", 1e-4, {"current": table[:, 1], "flux": table[:, 2]})
     made = workspace(tmp_path, [log])
     run(made, Settings())
-    ((segment,), _) = made.read_segments()
+    (segment,) = made.read_segments()
     assert segment.frequency == pytest.approx(60.0, rel=1e-3)
     assert segment.cycles == 6
     flux = table[segment.start : segment.stop, 2]
@@ -182,9 +182,7 @@ def test_settings_that_cannot_be_read_are_not_replaced_by_defaults(tmp_path: Pat
     assert last_settings(made) == Settings()
     run(made, Settings(holdout="none"))
     assert last_settings(made) == Settings(holdout="none")
-    made.write_segments(
-        made.read_segments()[0], {"mrfit": '{"key": "k", "settings": {"holdout": "none", "window": 3}}'}
-    )
+    made.write_segments(made.read_segments(), {"mrfit": '{"key": "k", "settings": {"holdout": "none", "window": 3}}'})
     for _ in range(2):
         with pytest.raises(
             DataError, match=r"segments\.parquet: .*`mrfit segment --work .*` with the settings you want"
@@ -199,11 +197,11 @@ def test_blocks_are_conditions_in_whole_cycles(tmp_path: Path) -> None:
     whole = run(made, Settings()).segments[0]
     assert (whole.condition, whole.cycles) == ("sine-1Hz-1A", 7)
     run(made, Settings(blocks=3))
-    first, second = made.read_segments()[0]
+    first, second = made.read_segments()
     assert (first.condition, second.condition) == ("sine-1Hz-1A-cycles1to3", "sine-1Hz-1A-cycles4to6")
     assert first.start == whole.start and first.stop == second.start and first.cycles == second.cycles == 3
     assert (second.stop - whole.start) / (whole.stop - whole.start) == pytest.approx(6 / 7, abs=1e-3)
     run(made, Settings(blocks=4))
-    assert [s.condition for s in made.read_segments()[0]] == ["sine-1Hz-1A"]
+    assert [s.condition for s in made.read_segments()] == ["sine-1Hz-1A"]
     with pytest.raises(ConfigError, match="at least 2 cycles"):
         run(made, Settings(blocks=1))

@@ -23,7 +23,7 @@ def repeated(folder: Path, change: Change, noise: float = 0.01) -> Workspace:
     workspace = write_workspace(
         folder, Bench(assembly, np.array(assembly.spec.start), noise, 1), ((1.0, 0.010),), (0.5,)
     )
-    (segment,), _ = workspace.read_segments()
+    (segment,) = workspace.read_segments()
     log = workspace.read_recording(segment.recording)
     rng = np.random.default_rng(2)
     force = change(log.channels["force"]) + noise * np.ptp(log.channels["force"]) * rng.standard_normal(log.samples)

@@ -140,7 +140,7 @@ def sprung(folder: Path, stiffness: float) -> Workspace:
     currents = (0.0, 0.5, 1.0, 1.5, 2.0)
     bench = Bench(assemble("bingham"), np.array([300.0, 900.0, 0.0]), 0.01, 1)
     workspace = write_workspace(folder, bench, ((1.0, 0.010),), currents)
-    for segment in workspace.read_segments()[0]:
+    for segment in workspace.read_segments():
         log = workspace.read_recording(segment.recording)
         spring = stiffness * (segment.current - 1.0) * log.channels["displacement"]
         log.channels["force"][:] += spring  # type: ignore[index]
