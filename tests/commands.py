@@ -55,10 +55,15 @@ def run(
     """
     words = list(map(str, arguments))
     given = dict(os.environ if env is None else env)
-    if sys.platform != "linux" or _read_at_start(given) != _read_at_start(AROUND):
+    if not is_forked(given):
         command = [sys.executable, "-m", "mrfit.cli", *words]
         return subprocess.run(command, cwd=folder, capture_output=True, timeout=timeout, env=given)
     return _server(fresh).run(words, folder, given, timeout)
+
+
+def is_forked(env: Mapping[str, str]) -> bool:
+    """Return whether a command in an environment is forked; what Python reads at its start is as in all tests."""
+    return sys.platform == "linux" and _read_at_start(env) == _read_at_start(AROUND)
 
 
 def text(folder: Path, *arguments: object, **how: Any) -> "subprocess.CompletedProcess[str]":

@@ -22,6 +22,9 @@ Run = Callable[..., "subprocess.CompletedProcess[str]"]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Commands keep what Python compiles of mrfit, as a user's do, also where this process is told to keep none
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+# mrfit names the folder of its kernels as it is imported: later, no command would start in the same environment
+import mrfit.kernels.jit  # noqa: E402, F401
+
 commands.AROUND.update(os.environ)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_thread() is threading.main_thread():
     # a shell starts jobs in the background deaf to Ctrl-C, and so would be the commands that tests interrupt
