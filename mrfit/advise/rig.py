@@ -1,19 +1,19 @@
 """The limits of a press or an amplifier: the table ``[rig]`` of a TOML file."""
 
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError
 from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.units import compatible, quantity, to_unit
 from mrfit.io.faults import plain_fault
+from mrfit.io.toml_file import TomlTable, read_toml
 
 # A sine is sampled at least so often in a cycle
 LEAST_PER_CYCLE = 25
@@ -56,7 +56,7 @@ Degrees = Annotated[float, _in("degC"), Finite]
 Seconds = Annotated[float, _in("s"), Positive]
 
 
-class Rig(BaseModel):
+class Rig(TomlTable):
     """What a rig can do, SI.
 
     Attributes
@@ -82,8 +82,6 @@ class Rig(BaseModel):
     sampling
         Rate of the record in Hz; without it that of the data.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     seconds: Seconds
     stroke: Metres | None = None
@@ -250,9 +248,4 @@ def rig_beside(sources: Sequence[str]) -> Path | None:
 
 
 def _table(path: Path) -> Any:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8")).get("rig")
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file; give one with a table [rig]") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(f"{path}: no readable TOML ({error}); correct it") from None
+    return read_toml(path, "a file with a table [rig]").get("rig")

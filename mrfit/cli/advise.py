@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrfit.cli import console
-from mrfit.cli.options import CommandAnswer, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Work, options
 from mrfit.core.progress import Progress
 from mrfit.settings.advise import Settings
 
@@ -22,7 +22,7 @@ NO_RIG = (
 
 
 @options()
-def advise(settings: Settings, work: Work, plugins: Plugins, progress: Progress) -> CommandAnswer:
+def advise(settings: Settings, work: Work, progress: Progress) -> CommandAnswer:
     """Choose the test that separates most, per second, what the last discovery left open, within the rig's limits.
 
     Example: mrfit advise --rig press.toml

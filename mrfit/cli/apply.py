@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrfit.cli import console, names
-from mrfit.cli.options import CommandAnswer, Only, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Only, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest, shared
@@ -132,7 +132,6 @@ def invert(
     amplifier: Amplifier,
     reading: Reading,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Find the current for a desired force; without --law and --desired, for the force that the log measured.
@@ -198,7 +197,6 @@ def track(
     amplifier: Amplifier,
     reading: Reading,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
@@ -292,7 +290,6 @@ def quarter_car(
     *,
     amplifier: Amplifier,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
@@ -346,7 +343,6 @@ def current(
     *,
     reading: Reading,
     work: Work,
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Find the current of a flux linkage, by the flux model inverted along its branch curve.
 
@@ -387,7 +383,6 @@ def flux_command(
     *,
     drive: CoilDrive,
     work: Work,
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Find the voltage for a wanted flux linkage of a coil, within limits, and the flux under it.
 

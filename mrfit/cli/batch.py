@@ -9,7 +9,7 @@ import mrfit.settings.batch
 import mrfit.settings.fit
 import mrfit.settings.ingest
 from mrfit.cli import console
-from mrfit.cli.options import CommandAnswer, Default, Only, Plugins, options
+from mrfit.cli.options import CommandAnswer, Default, Only, options
 from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 
@@ -31,7 +31,6 @@ def batch(
     reading: Annotated[mrfit.settings.ingest.Settings, Only(("map", "pattern"))],
     *,
     work: Batch,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Fit every log of a folder, only what changed, and show what stands out among them.

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
-from mrfit.cli.config import read_toml
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError, unknown_name
+from mrfit.io.toml_file import TomlTable, read_toml
 
 DOWNLOAD_CHUNK = 1 << 16
 SECONDS = 30.0
@@ -20,11 +20,7 @@ SECONDS = 30.0
 MAP_NAME = "mrfit.toml"
 
 
-class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class CatalogFile(_Entry):
+class CatalogFile(TomlTable):
     """One file of a data set."""
 
     # a name with a folder in it could be written anywhere; a hidden one would not be read
@@ -34,7 +30,7 @@ class CatalogFile(_Entry):
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
-class DataSet(_Entry):
+class DataSet(TomlTable):
     """One data set; ``map`` is the channel map with which its files can be read."""
 
     title: str

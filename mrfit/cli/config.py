@@ -1,6 +1,5 @@
 """Pipeline files: one TOML file says which logs, which model, which optimizer and what is reported."""
 
-import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
@@ -9,9 +8,7 @@ from pydantic import (
     AliasChoices,
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
-    ValidationError,
     create_model,
     model_validator,
 )
@@ -28,19 +25,15 @@ import mrfit.settings.segment
 import mrfit.settings.sheet
 from mrfit.core.setting import UNSET, Setting, SettingField, defined, flag_of, key_of
 from mrfit.errors import ConfigError
-from mrfit.io.faults import plain_fault
+from mrfit.io.toml_file import TomlTable, read_tables
 
 Made = TypeVar("Made")
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-def table_of(kind: type[Any], /, **more: Any) -> type[_Table]:
+def table_of(kind: type[Any], /, **more: Any) -> type[TomlTable]:
     """Return the table of a pipeline file that holds settings of a kind, with more keys before those of its fields."""
     keys: dict[str, Any] = {**more, **{key_of(f): _key(f) for f in _written(kind)}}
-    return create_model(kind.__module__.rpartition(".")[2], __base__=_Table, **keys)
+    return create_model(kind.__module__.rpartition(".")[2], __base__=TomlTable, **keys)
 
 
 def made_of(kind: type[Made], table: BaseModel, **decided: object) -> Made:
@@ -68,7 +61,7 @@ def _loaded(field: SettingField, value: object) -> object:
     return form.load(value) if form else value
 
 
-class _File(_Table):
+class _File(TomlTable):
     """The whole file; ``[ingest]`` and one of ``[[fit]]``, ``[discover]``, ``[compare]``, ``[sheet]`` must be there."""
 
     work: str = "mrfit-work"
@@ -199,22 +192,6 @@ class PipelineFile:
     sheet: SheetTable | None = None
 
 
-def read_toml(path: Path, what: str = "a pipeline file") -> dict[str, Any]:
-    """Return a TOML file's content; ``what`` says what kind of file was wanted.
-
-    Raises
-    ------
-    ConfigError
-        If the file is missing or is no TOML; the message has the line.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); give the path of {what}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
-
-
 def read_pipeline(path: Path) -> PipelineFile:
     """Return a pipeline file, validated.
 
@@ -224,10 +201,7 @@ def read_pipeline(path: Path) -> PipelineFile:
         If a key is unknown or a value is of the wrong kind; the message names the key and what it takes. If
         ``[report]`` names a fit that the file does not make.
     """
-    try:
-        file: Any = _WHOLE.model_validate(read_toml(path))
-    except ValidationError as error:
-        raise ConfigError(f"{path}: {plain_fault(error, _WHOLE)}") from error
+    file: Any = read_tables(path, _WHOLE, "a pipeline file")
     ingest = made_of(mrfit.settings.ingest.Settings, file.ingest)
     fits = tuple(made_of(mrfit.settings.fit.Settings, one) for one in file.fit)
     shown = made_of(mrfit.settings.report.Settings, file.report)

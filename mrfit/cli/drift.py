@@ -7,7 +7,7 @@ import typer
 
 import mrfit.settings.drift
 from mrfit.cli import console
-from mrfit.cli.options import CommandAnswer, Default, Plugins, options
+from mrfit.cli.options import CommandAnswer, Default, options
 from mrfit.core.counting import number_of
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ def drift(
     out: Annotated[
         Path, typer.Option("--out", help="Folder for drift.html, drift.csv and drift.json."), Default(OUT_OF_DRIFT)
     ],
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Compare fits: what drifts over cycles, temperature or time, which unit stands out, in which range all lie.
 

@@ -9,7 +9,7 @@ import typer
 
 import mrfit.settings.export
 from mrfit.cli import console, names
-from mrfit.cli.options import CommandAnswer, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 
@@ -39,7 +39,6 @@ def export(
     without: Annotated[list[str] | None, typer.Option("--without", help="Effect to leave out; repeat.")] = None,
     settings: mrfit.settings.export.Settings,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
@@ -85,8 +84,7 @@ def exported(
     from mrfit.io.workspace import Workspace
 
     stage.check(to)
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         found = read_fit_and_logs(workspace, name)
         source = source_of(found.content, found.assembly, found.stretches, place.condition, place.without)
         folder = place.out or workspace.root / "export" / name

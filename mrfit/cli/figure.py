@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import mrfit.settings.figure
-from mrfit.cli.options import CommandAnswer, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Work, options
 
 
 @options()
@@ -16,7 +16,6 @@ def figure(
     *,
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: report/paper in the workspace.")] = None,
     work: Work,
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Draw loops, parameters, predicted, correlation of the residual, starts or profiles for print (PDF, SVG).
 

@@ -28,7 +28,6 @@ from mrfit.cli.options import (
     Folder,
     Logs,
     Only,
-    Plugins,
     Work,
     options,
 )
@@ -80,7 +79,6 @@ def ingest(
         bool, typer.Option("--plot", help="Also draw them as recorded, into plot of the workspace.")
     ] = False,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Read logs into recordings.
@@ -106,7 +104,7 @@ def ingest(
 
 
 @app.command()
-@options()
+@options(plugins=False)
 def flux(settings: mrfit.settings.flux.Settings, work: Work, progress: Progress) -> CommandAnswer:
     """Reconstruct flux linkage by integrating u − i·R.
 
@@ -118,7 +116,7 @@ def flux(settings: mrfit.settings.flux.Settings, work: Work, progress: Progress)
 
 
 @app.command()
-@options()
+@options(plugins=False)
 def segment(settings: mrfit.settings.segment.Settings, work: Work, progress: Progress) -> CommandAnswer:
     """Cut recordings into whole steady cycles by test condition.
 
@@ -136,7 +134,6 @@ def fit(
     *,
     resistance: Resistance = None,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Fit a model; runs flux and segment first where they are due.
@@ -157,7 +154,6 @@ def predict(
     *,
     save: Annotated[str, typer.Option(help="Keep series and figure as predict/NAME.parquet, or NAME.csv.")] = "",
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Simulate a fitted model on other logs (free run), and report the errors where the output was measured.
@@ -173,7 +169,7 @@ def predict(
 
 @app.command()
 @options()
-def report(settings: mrfit.settings.report.Settings, work: Work, plugins: Plugins, progress: Progress) -> CommandAnswer:
+def report(settings: mrfit.settings.report.Settings, work: Work, progress: Progress) -> CommandAnswer:
     """Write tables (CSV, LaTeX), figures (SVG) and one HTML file.
 
     Example: mrfit report
@@ -191,7 +187,6 @@ def run(
     logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
     work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
     jobs: Jobs,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Run every stage of a pipeline file in order.
@@ -216,7 +211,6 @@ def discover(
     *,
     resistance: Resistance = None,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
@@ -239,7 +233,6 @@ def compare(
     settings: mrfit.settings.compare.CompareOptions,
     *,
     work: Work,
-    plugins: Plugins,
     progress: Progress,
 ) -> CommandAnswer:
     """Compare models on all conditions, or optimizers on one model.
@@ -258,7 +251,7 @@ def compare(
 
 @app.command()
 @options()
-def status(work: Work, plugins: Plugins, progress: Progress) -> CommandAnswer:
+def status(work: Work, progress: Progress) -> CommandAnswer:
     """Show what the workspace holds, what each step used, and what is out of date and why.
 
     Example: mrfit status
@@ -269,7 +262,7 @@ def status(work: Work, plugins: Plugins, progress: Progress) -> CommandAnswer:
 
 
 @app.command()
-@options()
+@options(plugins=False)
 def remove(
     fits: Annotated[
         list[str],
@@ -289,7 +282,7 @@ def remove(
 
 
 @app.command()
-@options()
+@options(plugins=False)
 def datasets(
     *, name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, progress: Progress
 ) -> CommandAnswer:
@@ -310,7 +303,6 @@ def datasets(
 def list_names(
     *,
     kind: Annotated[str, typer.Argument(help="models, effects, optimizers or readers.")] = "models",
-    plugins: Plugins,
 ) -> CommandAnswer:
     """List all items of a kind, with their titles.
 
@@ -328,7 +320,6 @@ def show(
         str,
         typer.Argument(help="Model, effect, optimizer or reader.", show_default=False, autocompletion=names.item),
     ],
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Show one item: equation, parameters with units and bounds, source; of an effect what it is mistaken for.
 

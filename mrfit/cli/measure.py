@@ -32,7 +32,7 @@ Reading = Annotated[ingest.Settings, Only(("map",))]
 
 
 @app.command()
-@options()
+@options(plugins=False)
 def lag(
     logs: Logs,
     command: Annotated[str, typer.Option("--command", help="Channel of the command.", show_default=False)],
@@ -75,7 +75,7 @@ def _print_lags(found: "Sequence[CommandLag]", command: str, actual: str) -> Non
 
 
 @app.command("quasi-static")
-@options()
+@options(plugins=False)
 def quasi_static(logs: Logs, *, reading: Reading) -> CommandAnswer:
     """Read stiffness, friction and work lost off slow cycles of a damper.
 

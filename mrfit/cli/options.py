@@ -54,7 +54,7 @@ QUIET_OPTION = Annotated[bool, typer.Option("--quiet", "-q", help="Print one lin
 VERBOSE_OPTION = Annotated[
     bool, typer.Option("--verbose", "-v", help="Print every step and its time to standard error.")
 ]
-Plugins = Annotated[
+PLUGINS_OPTION = Annotated[
     list[Path] | None,
     typer.Option(
         "--plugin",
@@ -63,7 +63,6 @@ Plugins = Annotated[
         callback=_use,
         show_default=False,
     ),
-    Default(None),
 ]
 On = Annotated[
     str,
@@ -119,20 +118,22 @@ class CommandAnswer:
 Command = Callable[..., CommandAnswer | None]
 
 
-def options(*, sends: bool = False, in_pipes: bool = False) -> Callable[[Command], Callable[..., None]]:
+def options(
+    *, plugins: bool = True, sends: bool = False, in_pipes: bool = False
+) -> Callable[[Command], Callable[..., None]]:
     """Give a command the options that its parameters define, in place of these, and print its answer.
 
-    ``sends`` says that a scheduler can do its work, ``in_pipes`` that its progress is told in pipes too. A parameter
-    ``progress`` is a listener that draws bars.
+    ``plugins`` says that it takes plug-ins, ``sends`` that a scheduler can do its work, ``in_pipes`` that its progress
+    is told in pipes too. A parameter ``progress`` is a listener that draws bars.
 
     A parameter that is a settings class becomes the options of its fields, or of ``Only`` some; one with a ``Setting``
     in its annotation becomes an option; one with a ``Default`` has that default. Options that change no result come
     after all others but those of several commands.
     """
-    return lambda command: _with_options(command, sends, in_pipes)
+    return lambda command: _with_options(command, plugins, sends, in_pipes)
 
 
-def _with_options(command: Command, sends: bool, in_pipes: bool) -> Callable[..., None]:
+def _with_options(command: Command, plugins: bool, sends: bool, in_pipes: bool) -> Callable[..., None]:
     taken = _Parameters([], [], [])
     hints = get_type_hints(command, include_extras=True)
     given = {name: p.default for name, p in inspect.signature(command).parameters.items() if name != "progress"}
@@ -146,6 +147,7 @@ def _with_options(command: Command, sends: bool, in_pipes: bool) -> Callable[...
             default = next((a for a in get_args(hints[name]) if isinstance(a, Default)), None)
             chosen = default.value if default and written is inspect.Parameter.empty else written
             (taken.common if default else taken.own).append(_keyword(name, chosen, hints[name]))
+    taken.common.extend([_keyword("plugins", None, PLUGINS_OPTION)] if plugins else [])
     taken.common.extend(_keyword(*one) for one in (("as_json", False, JSON_OPTION), ("quiet", False, QUIET_OPTION)))
     taken.common.append(_keyword("verbose", False, VERBOSE_OPTION))
 

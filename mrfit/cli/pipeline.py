@@ -43,8 +43,7 @@ class Overrides:
 
 def ingest(work: Path, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings, progress: Progress) -> Summary:
     """Read logs into the workspace's recordings."""
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         return _ingest(workspace, logs, settings, progress)
 
 
@@ -73,8 +72,7 @@ def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress)
     """Reconstruct flux linkage."""
     import mrfit.flux.stage
 
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         before = workspace.flux_file()
         made = mrfit.flux.stage.run(workspace, settings, progress)
         notes = _replaced("the flux linkage", asdict(before.settings) if before else {}, asdict(made.settings))
@@ -95,8 +93,7 @@ def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Pro
     """Cut recordings by test condition, reconstructing flux first where that is due."""
     import mrfit.segment.stage
 
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         _flux_as_before(workspace, None, progress)
         before = workspace.segments_summary()
         made = mrfit.segment.stage.run(workspace, settings, progress)
@@ -188,8 +185,7 @@ def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progre
     from mrfit.compare import stage as compare_stage
 
     compare_stage.check(settings)
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         notes = _segments_as_before(workspace, None, progress)
         return {**to_json(compare_stage.run(workspace, settings, progress)), "notes": notes}
 
@@ -201,8 +197,7 @@ def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers
     from mrfit.io.schemas.reading import reusable
 
     compare_optimizers.check(settings)
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         notes = _segments_as_before(workspace, None, progress)
         before = reusable(workspace.root / "compare" / "optimizers.json", OptimizersFile)
         made = compare_optimizers.run(workspace, settings, progress)
@@ -340,8 +335,7 @@ def remove(work: Path, fits: Sequence[str], dry_run: bool = False) -> Summary:
     """Take fits out of the workspace, or say which would be."""
     from mrfit.io.removal import check_fits, remove_fits
 
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         removed = check_fits(workspace, fits) if dry_run else remove_fits(workspace, fits)
         left = [name for name in workspace.fit_names() if name not in removed]
         return {"work": str(work), "removed": removed, "left": left, "dry_run": dry_run}
@@ -353,8 +347,7 @@ def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progr
     from mrfit.io.schemas.reading import reusable
     from mrfit.io.schemas.stages import ReportFile
 
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         before = reusable(workspace.report_folder / "report.json", ReportFile)
         made = mrfit.report.stage.run(workspace, settings, progress)
         gone = sorted(set(before.fits) - set(made.fits)) if before and not settings.short else []
@@ -394,8 +387,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         ("flux", lambda w: to_json(mrfit.flux.stage.run(w, config.flux, progress))),
         ("segment", lambda w: to_json(mrfit.segment.stage.run(w, config.segment, progress))),
     ]
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         summary: Summary = {"work": str(work)}
         for name, stage in stages:
             summary[name] = stage(workspace)
@@ -465,8 +457,7 @@ def figure(work: Path, kind: str, settings: mrfit.settings.figure.Settings, out:
     """Draw a figure for print."""
     from mrfit.report import paper_stage
 
-    workspace = Workspace(work)
-    with workspace.locked():
+    with Workspace(work).locked() as workspace:
         return {**asdict(paper_stage.run(workspace, kind, settings, out)), "width": settings.width}
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PLOT_FOLDER = Path("mrfit-plot")
 
 
-@options()
+@options(plugins=False)
 def plot(
     logs: Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)],
     *,

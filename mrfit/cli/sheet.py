@@ -24,7 +24,7 @@ UNITS_LISTED, ROWS_LISTED, CONDITIONS_IN_FULL = 6, 24, 2
 Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
 
 
-@options()
+@options(plugins=False)
 def sheet(
     logs: Logs,
     settings: mrfit.settings.sheet.Settings,

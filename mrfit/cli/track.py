@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrfit.cli import console, names
-from mrfit.cli.options import CommandAnswer, Only, Plugins, Work, options
+from mrfit.cli.options import CommandAnswer, Only, Work, options
 from mrfit.settings import ingest
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ def track_parameters(
     condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
     reading: Annotated[ingest.Settings, Only(("map",))],
     work: Work,
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Follow parameters of a fit along logs: estimates with bands, block-wise refits, innovations.
 

@@ -10,7 +10,7 @@ import typer
 
 from mrfit.cli import console, names
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import CommandAnswer, Only, Plugins, options
+from mrfit.cli.options import CommandAnswer, Only, options
 from mrfit.core.counting import number_of
 from mrfit.errors import DataError
 from mrfit.settings import ingest
@@ -53,7 +53,6 @@ def watch(
         float, typer.Option(help="Seconds without new rows after which a test is over.", min=0.1)
     ] = 30.0,
     reading: Annotated[ingest.Settings, Only(("map",))],
-    plugins: Plugins,
 ) -> CommandAnswer:
     """Say after each cycle of a test which intervals are reached, and end with code 0 when it may stop.
 

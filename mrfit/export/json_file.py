@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Collection
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from mrfit.simulate.current_levels import assembly_of
 CHECKED = 200
 
 
-@dataclass(frozen=True, kw_only=True)
 class ChannelRange(Entry):
     """A channel, and what the fit has seen of it; None where that is not known."""
 
@@ -33,7 +32,6 @@ class ChannelRange(Entry):
     range: list[float] | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class NodesOfPiece(Entry):
     """A polynomial through ``values`` at ``currents``, which holds up to a current."""
 
@@ -42,7 +40,6 @@ class NodesOfPiece(Entry):
     values: list[float]
 
 
-@dataclass(frozen=True, kw_only=True)
 class BaseParameter(Entry):
     """A parameter of the base: its value, or the pieces of a polynomial of current through its nodes.
 
@@ -65,7 +62,6 @@ class BaseParameter(Entry):
         return ("value",) if self.pieces else ("ln", "knee", "pieces", "bounds")
 
 
-@dataclass(frozen=True, kw_only=True)
 class EffectValues(Entry):
     """An effect with its parameters by name."""
 
@@ -75,7 +71,6 @@ class EffectValues(Entry):
     parameters: dict[str, float]
 
 
-@dataclass(frozen=True, kw_only=True)
 class CheckSamples(Entry):
     """Samples from rest, with what the simulation makes of them, by which another program can be checked."""
 
@@ -84,7 +79,6 @@ class CheckSamples(Entry):
     output: list[float]
 
 
-@dataclass(frozen=True, kw_only=True)
 class PlainModel(Entry):
     """The model in plain numbers: what each parameter is at a current, effects, units, ranges, samples."""
 
@@ -101,7 +95,6 @@ class PlainModel(Entry):
     check: CheckSamples | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class ExportedFit(SavedFit):
     """The whole file, which ``mrfit.load`` reads too."""
 

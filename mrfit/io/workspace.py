@@ -166,8 +166,8 @@ class Workspace:
         return self.root / "report"
 
     @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Hold the workspace's lock, waiting for another command to finish.
+    def locked(self) -> Iterator["Workspace"]:
+        """Hold the workspace's lock, waiting for another command to finish, and give the workspace.
 
         Raises
         ------
@@ -193,7 +193,7 @@ class Workspace:
             self._refuse_links()
             self._clean()
             temporary.remove_left()
-            yield
+            yield self
         finally:
             lock.release()
             if not existed:

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field
 from scipy.special import ndtri
 
 from mrfit.errors import ConfigError, near
 from mrfit.ingest.meaning.units import compatible, known, to_unit
-from mrfit.io.faults import plain_fault
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, QuantityRow, SheetCondition, VerdictRow
+from mrfit.io.toml_file import TomlTable, read_tables
 from mrfit.measure.quantity import SHEET_QUANTITIES
 
 Tolerance = float | str
@@ -33,7 +33,7 @@ WRONG_VERDICT = 0.025
 """Chance of a wrong verdict at a limit."""
 
 
-class Limit(BaseModel):
+class Limit(TomlTable):
     """A limit of a quantity.
 
     Attributes
@@ -52,7 +52,7 @@ class Limit(BaseModel):
         What one cycle may differ from the mean of all cycles by.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(allow_inf_nan=False)
 
     quantity: str
     condition: str = "*"
@@ -65,10 +65,8 @@ class Limit(BaseModel):
     cycle_tolerance: Tolerance | None = None
 
 
-class LimitsFile(BaseModel):
+class LimitsFile(TomlTable):
     """A file of limits; ``guard`` says whether a value is judged with its interval or alone."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     title: str = ""
     guard: Literal["interval", "none"] = "interval"
@@ -83,16 +81,7 @@ def read_limits(path: Path) -> LimitsFile:
     ConfigError
         If the file cannot be read, or a key, a quantity, a unit or a number in it is wrong.
     """
-    import tomllib
-
-    try:
-        found = LimitsFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); give a file of limits") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
-    except ValidationError as error:
-        raise ConfigError(f"{path}: {plain_fault(error, LimitsFile)}") from error
+    found = read_tables(path, LimitsFile, "a file of limits")
     limits = [_in_si(one, f"{path}: [[limit]] {k}") for k, one in enumerate(found.limit, 1)]
     return found.model_copy(update={"limit": limits})
 

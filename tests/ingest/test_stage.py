@@ -304,7 +304,7 @@ def test_missing_file_is_named(workspace: Workspace, tmp_path: Path) -> None:
     [
         (Settings(resistance=-1.0), "resistance -1 ohm is impossible"),
         (Settings(resistance=float("nan")), "resistance nan ohm is impossible"),
-        (Settings(map=Path("none.toml")), "no such channel map"),
+        (Settings(map=Path("none.toml")), "give the path of a channel map"),
         (Settings(pattern="nothing"), "names no condition"),
     ],
 )

@@ -2,17 +2,17 @@
 
 import fnmatch
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from mrfit.core.channels import CHANNELS
 from mrfit.errors import ConfigError
+from mrfit.io.toml_file import TomlTable, read_toml
 
 FILE_NAME = "mrfit.toml"
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -24,13 +24,7 @@ LAST_HOLDS = ("resistance", "lever", "decimate", "pattern", "join", "coil")
 BUILTINS = ("float", "int", "str", "TimeRule", "ChannelRule")
 
 
-class Strict(BaseModel):
-    """A table of the map: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class ChannelRule(Strict):
+class ChannelRule(TomlTable):
     """Column of a channel and the meaning of its numbers: value = sign·scale·number + offset, in ``unit``.
 
     ``low_pass`` is the limit in Hz of a filter of zero phase.
@@ -44,14 +38,14 @@ class ChannelRule(Strict):
     low_pass: Positive | None = None
 
 
-class TimeRule(Strict):
+class TimeRule(TomlTable):
     """Column of the times."""
 
     column: str | int
     unit: str | None = None
 
 
-class CoilRule(Strict):
+class CoilRule(TomlTable):
     """The coil of a log of field strength H and flux density B: i = H·length/turns, λ = turns·area·B.
 
     Its turns, the length in m of the path that the field takes, and the area in m² of its cross-section.
@@ -62,7 +56,7 @@ class CoilRule(Strict):
     area: Positive
 
 
-class MapSection(Strict):
+class MapSection(TomlTable):
     """Keys that hold for all files, or for those a ``[[files]]`` pattern matches."""
 
     resistance: Positive | Literal["auto"] | None = None
@@ -144,14 +138,9 @@ def load_map(path: Path) -> MapFile:
     ConfigError
         If the file is missing, is no TOML, or holds an unknown key or a wrong value; the message names the key.
     """
+    content = read_toml(path, "a channel map, by --map")
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such channel map; check --map") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(f"{path}: no readable TOML ({error}); correct the channel map") from None
-    try:
-        loaded = MapFile.model_validate(raw)
+        loaded = MapFile.model_validate(content)
     except ValidationError as error:
         raise ConfigError(f"{path}: {_first_fault(error)}") from None
     for part in (loaded, *loaded.files):

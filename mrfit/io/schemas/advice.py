@@ -1,14 +1,10 @@
 """Content of advise.json: the next test, for questions that a discovery or a fit left open."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
-ADVICE_SCHEMA = "mrfit/advice/1"
 
-
-@dataclass(frozen=True, kw_only=True)
 class Pair(Entry):
     """Two rivals: standard errors between them in the data there are, and whether the rig can tell them apart."""
 
@@ -17,7 +13,6 @@ class Pair(Entry):
     separable: bool
 
 
-@dataclass(frozen=True, kw_only=True)
 class AdvisedTest(Entry):
     """A test that a rig can run.
 
@@ -49,7 +44,6 @@ class AdvisedTest(Entry):
     drive: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Width(Entry):
     """A parameter with the half-width of its 95 % interval now, and expected after the test; None where open."""
 
@@ -60,7 +54,6 @@ class Width(Entry):
     after: Number | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class AdviceFile(Document):
     """Content of advise.json.
 
@@ -90,8 +83,7 @@ class AdviceFile(Document):
         Whether the discovery or the fit is out of date, and why.
     """
 
-    known: ClassVar = (ADVICE_SCHEMA,)
-    schema: str = ADVICE_SCHEMA
+    schema: str = "mrfit/advice/1"
     goal: str
     model: str
     rivals: tuple[str, ...] = ()

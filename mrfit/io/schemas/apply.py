@@ -1,7 +1,6 @@
 """Results of `mrfit apply`: invert.json, track.json, quarter-car.json, current.json and flux-command.json."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
@@ -12,7 +11,6 @@ FLUX_CURRENT = "mrfit/apply-current/1"
 FLUX_COMMAND = "mrfit/apply-flux-command/1"
 
 
-@dataclass(frozen=True, kw_only=True)
 class DamperEntry(Entry):
     """A damper: (name, value) of its parameters, (parameter, order) of those that depend on current, range in A.
 
@@ -28,7 +26,6 @@ class DamperEntry(Entry):
     tested: tuple[tuple[str, Number, Number], ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class AmplifierEntry(Entry):
     """Limits of coil and amplifier; a limit is null where there is none."""
 
@@ -40,7 +37,6 @@ class AmplifierEntry(Entry):
     inductance: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class InversionRow(Entry):
     """The currents of a motion in numbers, SI; shares of the samples, by whether the desired force can be reached.
 
@@ -65,11 +61,9 @@ class InversionRow(Entry):
     behind: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
 class InvertFile(Document):
     """The currents for desired forces, motion by motion; their courses are in tables beside it."""
 
-    known: ClassVar = (INVERT,)
     schema: str = INVERT
     fit: str
     motions: list[InversionRow]
@@ -78,7 +72,6 @@ class InvertFile(Document):
     file: str = told("")
 
 
-@dataclass(frozen=True, kw_only=True)
 class GainsEntry(Entry):
     """Gains of the feedback on the force's error, in A/N and A/(N*s)."""
 
@@ -86,7 +79,6 @@ class GainsEntry(Entry):
     integral: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class Region(Entry):
     """Errors in a region: relative rms error (over the rms force), and the region's share of the samples."""
 
@@ -94,7 +86,6 @@ class Region(Entry):
     share: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class TrackingRow(Entry):
     """Errors of a law tracked by a scheme, with the current's lag or without; ``regions`` I, II and III."""
 
@@ -110,7 +101,6 @@ class TrackingRow(Entry):
     greatest_command: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class LagCost(Entry):
     """The error of a law tracked by a scheme, beside that of the same without lag."""
 
@@ -121,11 +111,9 @@ class LagCost(Entry):
     without_lag: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class TrackFile(Document):
     """Every law by every scheme on every motion, and the settings; ``plant`` is the damper that answers."""
 
-    known: ClassVar = (TRACK,)
     schema: str = TRACK
     fit: str
     damper: DamperEntry
@@ -140,7 +128,6 @@ class TrackFile(Document):
     file: str = told("")
 
 
-@dataclass(frozen=True, kw_only=True)
 class CarEntry(Entry):
     """Masses in kg, stiffnesses in N/m, the tyre's damping in N*s/m; ``unsprung`` 0 for a rigid wheel."""
 
@@ -151,7 +138,6 @@ class CarEntry(Entry):
     tyre_damping: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class TimingEntry(Entry):
     """Sample time of the control in s, steps of the simulation in it; ``until`` is null where the road ends it."""
 
@@ -161,7 +147,6 @@ class TimingEntry(Entry):
     until: Number | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class ControlEntry(Entry):
     """A control, its desired damping in N*s/m, and the share of skyhook in the hybrid."""
 
@@ -170,7 +155,6 @@ class ControlEntry(Entry):
     share: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class Chatter(Entry):
     """Trembling found in a ride.
 
@@ -213,7 +197,6 @@ class Chatter(Entry):
     evidence: tuple[tuple[str, float], ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class RideRow(Entry):
     """One ride in numbers, SI.
 
@@ -246,7 +229,6 @@ class RideRow(Entry):
     chatter: Chatter
 
 
-@dataclass(frozen=True, kw_only=True)
 class CheckRow(Entry):
     """The adaptive simulation of a control on the first road, as far as it came; its rms acceleration if to the end."""
 
@@ -257,11 +239,9 @@ class CheckRow(Entry):
     duration: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class QuarterCarFile(Document):
     """Every control on every road, and the settings; a road is its name and what it is made of, its seed included."""
 
-    known: ClassVar = (QUARTER_CAR,)
     schema: str = QUARTER_CAR
     fit: str
     damper: DamperEntry
@@ -277,7 +257,6 @@ class QuarterCarFile(Document):
     file: str = told("")
 
 
-@dataclass(frozen=True, kw_only=True)
 class CoilEntry(Entry):
     """A coil: (name, value) of its parameters, SI, and the effects of instruments that were left out."""
 
@@ -287,7 +266,6 @@ class CoilEntry(Entry):
     left_out: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class CurrentRow(Entry):
     """The current of a log's flux linkage in numbers, SI.
 
@@ -318,11 +296,9 @@ class CurrentRow(Entry):
     error: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class CurrentFile(Document):
     """The currents of flux linkages, log by log; their courses are in tables beside it."""
 
-    known: ClassVar = (FLUX_CURRENT,)
     schema: str = FLUX_CURRENT
     fit: str
     coil: CoilEntry
@@ -332,7 +308,6 @@ class CurrentFile(Document):
     file: str = told("")
 
 
-@dataclass(frozen=True, kw_only=True)
 class FluxCommandFile(Document):
     """A wanted flux linkage and the voltage for it, whose courses are in a table beside it.
 
@@ -354,7 +329,6 @@ class FluxCommandFile(Document):
         In V and A.
     """
 
-    known: ClassVar = (FLUX_COMMAND,)
     schema: str = FLUX_COMMAND
     fit: str
     coil: CoilEntry

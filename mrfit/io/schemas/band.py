@@ -1,11 +1,10 @@
 """Data of the bands of a prediction, as fit.json keeps them."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Entry
 
 
-@dataclass(frozen=True, kw_only=True)
 class Refits(Entry):
     """Parameters beside the optimum, whose scatter says what the data leave open of an output.
 
@@ -27,7 +26,6 @@ class Refits(Entry):
     degrees: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class Remainder(Entry):
     """Residual of a model in one test: noise and its own error together.
 

@@ -1,7 +1,6 @@
 """Records that a batch keeps of every log, a line of its journal each, and the report of a command."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.fit import Covariance
 from mrfit.io.schemas.reading import Document, Entry, Number, told
@@ -9,7 +8,6 @@ from mrfit.io.schemas.reading import Document, Entry, Number, told
 BATCH = "mrfit/batch/1"
 
 
-@dataclass(frozen=True, kw_only=True)
 class Fitted(Entry):
     """A parameter of one set of them; ``low`` to ``high`` is its 95 % interval, None where the data leave it open."""
 
@@ -20,7 +18,6 @@ class Fitted(Entry):
     high: Number | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class OfCondition(Entry):
     """Result of the fit of one condition of a log.
 
@@ -51,7 +48,6 @@ class OfCondition(Entry):
     covariance: Covariance | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class LogRow(Document):
     """Result of a log.
 
@@ -70,7 +66,6 @@ class LogRow(Document):
         The line with which it failed, or an empty one.
     """
 
-    known: ClassVar[tuple[str, ...]] = (BATCH,)
     schema: str = BATCH
     log: str
     key: str = ""
@@ -79,7 +74,6 @@ class LogRow(Document):
     error: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
 class BatchFile(Document):
     """Result of a batch, as batch.json holds it.
 
@@ -99,7 +93,6 @@ class BatchFile(Document):
         How many values and trends the page lists.
     """
 
-    known: ClassVar[tuple[str, ...]] = (BATCH,)
     schema: str = BATCH
     key: str = ""
     logs: int

@@ -1,17 +1,13 @@
 """Results of comparisons: models in compare.json, optimizers in optimizers.json."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from dataclasses import field
+from typing import Any
 
 from mrfit.io.schemas.fit import Caution
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
-MODELS = "mrfit/compare/1"
-OPTIMIZERS = "mrfit/compare-optimizers/1"
 
-
-@dataclass(frozen=True, kw_only=True)
 class ModelRow(Entry):
     """A model's fit: free parameters and evaluations of all its sets, kinds of warnings, errors over all conditions."""
 
@@ -30,7 +26,6 @@ class ModelRow(Entry):
     train_rmse: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class ModelErrors(Entry):
     """Errors of a model's fit on one condition in one role, or over all of a role."""
 
@@ -46,7 +41,6 @@ class ModelErrors(Entry):
     noise_floor: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class ModelCaution(Entry):
     """A reason to distrust a model's fit as a whole."""
 
@@ -56,7 +50,6 @@ class ModelCaution(Entry):
     text: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class LeftOut(Entry):
     """A model that cannot be fitted, and why."""
 
@@ -64,7 +57,6 @@ class LeftOut(Entry):
     reason: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class ModelsFile(Document):
     """Models on the same data, the best on held-out data first, output by output.
 
@@ -77,8 +69,7 @@ class ModelsFile(Document):
         that leave it with the reason.
     """
 
-    known: ClassVar = (MODELS,)
-    schema: str = MODELS
+    schema: str = "mrfit/compare/1"
     settings: dict[str, Any]
     models: list[ModelRow]
     metrics: list[ModelErrors]
@@ -89,7 +80,6 @@ class ModelsFile(Document):
     dropped: dict[str, str] = told(dict)
 
 
-@dataclass(frozen=True, kw_only=True)
 class OptimizerRow(Entry):
     """An optimizer on one condition: cost over the seeds (RMS error in ``unit``), median evaluations and seconds.
 
@@ -112,7 +102,6 @@ class OptimizerRow(Entry):
         return ("seconds",) if self.seconds is None else ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class Curve(Entry):
     """Median over the seeds of the best cost so far, against evaluations."""
 
@@ -122,12 +111,10 @@ class Curve(Entry):
     cost: list[float]
 
 
-@dataclass(frozen=True, kw_only=True)
 class OptimizersFile(Document):
     """Optimizers on one model from the same starts; ``kept``: those of earlier comparisons, which this run left."""
 
-    known: ClassVar = (OPTIMIZERS,)
-    schema: str = OPTIMIZERS
+    schema: str = "mrfit/compare-optimizers/1"
     settings: dict[str, Any]
     rows: list[OptimizerRow]
     curves: list[Curve]

@@ -1,6 +1,5 @@
 """Content of discovery.json, the result of a discovery, and the records of an unfinished one."""
 
-from dataclasses import dataclass
 from typing import Any, Self
 
 from pydantic import ConfigDict, Field, model_validator
@@ -19,7 +18,6 @@ class Row(Part):
     model_config = ConfigDict(frozen=True, populate_by_name=True)
 
 
-@dataclass(frozen=True, kw_only=True)
 class EffectParameter(Entry):
     """A parameter of an effect with its 95 % interval; None where the data leave an end open."""
 
@@ -164,7 +162,6 @@ class DiscoveryDependence(Row):
     high: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class LawPlace(Entry):
     """A part of the samples, a bin of ``over``, and the share of the law's squared error that lies in it.
 
@@ -207,7 +204,6 @@ class LawGap(Row):
     looks: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Confounded(Entry):
     """An effect that the law could imitate on these data, why, and the test that would separate them."""
 
@@ -216,7 +212,6 @@ class Confounded(Entry):
     test: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class EffectSignificance(Entry):
     """Significance of an effect beside the best law.
 
@@ -278,7 +273,6 @@ class InvariantEffect(Row):
     reason: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
 class BrokenInvariance(Entry):
     """An invariance that is broken by something that no effect of the library describes.
 

@@ -1,14 +1,10 @@
 """Content of drift.json: changes over fits, differences between units, and units that stand out."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
-DRIFT_SCHEMA = "mrfit/drift/1"
 
-
-@dataclass(frozen=True, kw_only=True)
 class Slope(Entry):
     """Change of a parameter with a covariate.
 
@@ -36,7 +32,6 @@ class Slope(Entry):
     units_differ: Number | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class ChangePoint(Entry):
     """A step of a parameter at a value of a covariate, where it says more than a steady drift.
 
@@ -49,7 +44,6 @@ class ChangePoint(Entry):
     probability: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class UnitThatStandsOut(Entry):
     """A unit far from all others: studentised residual ``z`` against these, probability that allows for all tests."""
 
@@ -59,7 +53,6 @@ class UnitThatStandsOut(Entry):
     probability: Number
 
 
-@dataclass(frozen=True, kw_only=True)
 class ParameterOverUnits(Entry):
     """A parameter of one condition over all units and tests.
 
@@ -111,7 +104,6 @@ class ParameterOverUnits(Entry):
     stands_out: list[UnitThatStandsOut] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class DriftCause(Entry):
     """A candidate for the effect behind a drift, and the test that speaks for it, in words."""
 
@@ -120,7 +112,6 @@ class DriftCause(Entry):
     text: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class DriftFile(Document):
     """Result of a comparison of fits, as drift.json holds it.
 
@@ -140,8 +131,7 @@ class DriftFile(Document):
         What was written.
     """
 
-    known: ClassVar[tuple[str, ...]] = (DRIFT_SCHEMA,)
-    schema: str = DRIFT_SCHEMA
+    schema: str = "mrfit/drift/1"
     over: list[str]
     unit: str = ""
     at: str = ""

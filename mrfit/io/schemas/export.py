@@ -1,11 +1,10 @@
 """Report of ``mrfit export`` on the files it wrote."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Entry
 
 
-@dataclass(frozen=True, kw_only=True)
 class Format(Entry):
     """Files written in a format; ``error`` as a share of the output's range, None where it was not measured."""
 
@@ -15,7 +14,6 @@ class Format(Entry):
     error: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class Exported(Entry):
     """Report of the command on an export.
 

@@ -2,8 +2,8 @@
 
 import json
 from collections.abc import Collection
-from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal, Self
+from dataclasses import field
+from typing import Any, Literal, Self
 
 from pydantic import field_validator, model_validator
 
@@ -13,12 +13,10 @@ from mrfit.io.schemas.determined import State, state_of
 from mrfit.io.schemas.reading import Document, Entry, Number, of_json, told
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 
-FIT = "mrfit/fit/1"
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
 """Columns of the tables of parameters, of a fit's folder and of a report."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Quantity(Entry):
     """A parameter or derived quantity; ``low`` to ``high`` is its 95 % interval, None where the data leave it open.
 
@@ -59,7 +57,6 @@ class Quantity(Entry):
         return self.bound_low if nearer_low else self.bound_high
 
 
-@dataclass(frozen=True, kw_only=True)
 class Conditioning(Entry):
     """Number of directions of the parameter space that the data determine, and those they do not."""
 
@@ -69,7 +66,6 @@ class Conditioning(Entry):
     null_directions: list[dict[str, float]] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Passivity(Entry):
     """Work per cycle taken in by the model on one periodic segment."""
 
@@ -80,7 +76,6 @@ class Passivity(Entry):
     passive: bool
 
 
-@dataclass(frozen=True, kw_only=True)
 class Caution(Entry):
     """A reason to distrust a result."""
 
@@ -88,7 +83,6 @@ class Caution(Entry):
     text: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class SegmentUse(Entry):
     """Use of a segment in a fit."""
 
@@ -102,7 +96,6 @@ class SegmentUse(Entry):
     noise_floor_bounds: tuple[float | None, float | None] = (None, None)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Level(Entry):
     """The test condition of a result, None where it is not known."""
 
@@ -111,7 +104,6 @@ class Level(Entry):
     current: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class SearchStage(Entry):
     """A stage of a staged search: its name, and the kind of test in which its part of the model acts alone.
 
@@ -132,7 +124,6 @@ class SearchStage(Entry):
         return () if self.evaluations is not None else ("cost", "evaluations")
 
 
-@dataclass(frozen=True, kw_only=True)
 class DriftRow(Entry):
     """A steady drift of a record: range of level and gain over its duration, or what would follow an effect."""
 
@@ -149,7 +140,6 @@ class DriftRow(Entry):
         return () if self.follows else ("follows", "rate")
 
 
-@dataclass(frozen=True, kw_only=True)
 class Repeats(Entry):
     """Difference of the training segments of one condition.
 
@@ -171,7 +161,6 @@ class Repeats(Entry):
     agree: bool
 
 
-@dataclass(frozen=True, kw_only=True)
 class ResidualTest(Entry):
     """Correlation of the residual with one input, in the condition where it is largest.
 
@@ -201,7 +190,6 @@ class ResidualTest(Entry):
     independent: bool
 
 
-@dataclass(frozen=True, kw_only=True)
 class SearchEnd(Entry):
     """End of a search.
 
@@ -239,7 +227,6 @@ class SearchEnd(Entry):
     stages: list[SearchStage] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class FoundPoint(SearchEnd):
     """Result of a search, as it is kept until the whole fit is written; ``point`` is its optimum in the unit cube."""
 
@@ -247,7 +234,6 @@ class FoundPoint(SearchEnd):
     cost: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class Profile(Entry):
     """Profile likelihood of a parameter: how the cost rises as it is held and the others are refitted.
 
@@ -269,7 +255,6 @@ class Profile(Entry):
     quantile: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class Band(Entry):
     """A parameter over current with its 95 % bands, None where the data leave them open.
 
@@ -294,7 +279,6 @@ class Band(Entry):
     high_everywhere: list[float | None]
 
 
-@dataclass(frozen=True, kw_only=True)
 class Covariance(Entry):
     """Covariance of the parameters and derived quantities that the data determine, on the scale of the search.
 
@@ -317,7 +301,6 @@ class Covariance(Entry):
     degrees: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class FitDiagnostics(Entry):
     """Everything of a result that says how far to trust it.
 
@@ -366,7 +349,6 @@ class FitDiagnostics(Entry):
         return [name for name in names if not getattr(self, name)]
 
 
-@dataclass(frozen=True, kw_only=True)
 class FittedConditions(Entry):
     """Test conditions that one set of parameters was fitted to: their common name, each of them, and their level."""
 
@@ -375,7 +357,6 @@ class FittedConditions(Entry):
     at: Level = field(default_factory=Level)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Result(FitDiagnostics, SearchEnd, FittedConditions):
     """One set of parameters, the search that found it, and how far to trust it."""
 
@@ -383,7 +364,6 @@ class Result(FitDiagnostics, SearchEnd, FittedConditions):
     warnings: list[Caution] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class MetricRow(Entry):
     """Errors of one condition and role, or of all conditions of a role; None or nan where a measure is undefined."""
 
@@ -408,7 +388,6 @@ class MetricRow(Entry):
         return self.noise_floor * self.nrmse / self.rmse
 
 
-@dataclass(frozen=True, kw_only=True)
 class Changes(Entry):
     """The user's changes to a model's own bounds, start values and fixed parameters, in the settings of a fit."""
 
@@ -417,7 +396,6 @@ class Changes(Entry):
     fixed: list[tuple[str, float]] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class LevelError(Entry):
     """Error at a current, as a multiple of what a fit to it alone leaves."""
 
@@ -425,7 +403,6 @@ class LevelError(Entry):
     error: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class LawTried(Entry):
     """A law of current and its mean error; ``form`` is ``constant``, or what stands before the order.
 
@@ -438,7 +415,6 @@ class LawTried(Entry):
     why: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
 class LawChosen(Entry):
     """The law of current of parameters that vary alike, with what was rejected, the nearest first."""
 
@@ -449,7 +425,6 @@ class LawChosen(Entry):
     rejected: list[LawTried]
 
 
-@dataclass(frozen=True, kw_only=True)
 class CurrentChoice(Entry):
     """Choice of the dependence on current: its judgement, then parameter by parameter, and in words."""
 
@@ -460,7 +435,6 @@ class CurrentChoice(Entry):
     text: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class FormTried(Entry):
     """A form of an effect that was fitted.
 
@@ -483,7 +457,6 @@ class FormTried(Entry):
     cost: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class FormChoice(Entry):
     """Choice of the form of an effect: the bands of a channel left out, the forms tried, and in words."""
 
@@ -494,7 +467,6 @@ class FormChoice(Entry):
     text: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class FitDependence(Entry):
     """Dependence of a fit's parameters on current: an order by parameter, between two currents in A."""
 
@@ -503,7 +475,6 @@ class FitDependence(Entry):
     high: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class Fit(Document):
     """Result of a fit, the content of fit.json.
 
@@ -515,8 +486,7 @@ class Fit(Document):
         Of the run: whether it was there already; what is no longer as it was fitted.
     """
 
-    known: ClassVar = (FIT,)
-    schema: str = FIT
+    schema: str = "mrfit/fit/1"
     name: str
     model: str
     optimizer: str
@@ -574,7 +544,6 @@ class Fit(Document):
         return next((m for m in self.metrics if m.role == role and m.condition == "all"), None)
 
 
-@dataclass(frozen=True, kw_only=True)
 class PartialFit(Document):
     """A finished search of an unfinished fit."""
 
@@ -583,7 +552,6 @@ class PartialFit(Document):
     found: FoundPoint
 
 
-@dataclass(frozen=True, kw_only=True)
 class FitPreparation(Entry):
     """Preparation of the recordings of a fit, and the coil resistance in Ω by which their flux was found."""
 
@@ -592,7 +560,6 @@ class FitPreparation(Entry):
     resistance: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
 class SavedFit(Fit):
     """Content of a fit saved by itself: fit.json, and what other logs need that it is to predict."""
 

@@ -1,15 +1,11 @@
 """Result of a saved prediction, as its JSON file holds it."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.fit import Caution, MetricRow
 from mrfit.io.schemas.reading import Document
 
-PREDICTION = "mrfit/prediction/1"
 
-
-@dataclass(frozen=True, kw_only=True)
 class PredictionFile(Document):
     """A fit simulated on other logs.
 
@@ -29,8 +25,7 @@ class PredictionFile(Document):
         Where not to trust it, and what was odd about the logs.
     """
 
-    known: ClassVar = (PREDICTION,)
-    schema: str = PREDICTION
+    schema: str = "mrfit/prediction/1"
     name: str
     fit: str
     model: str

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
@@ -38,15 +38,19 @@ class Stored(Part):
         return cls.model_validate_json(json.dumps(dict(content)))
 
 
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """A part of a document, whose fields are the keys of its JSON, in their order.
+    """A part of a document, a frozen dataclass whose fields are the keys of its JSON, in their order.
 
     It is checked where it is read, not where it is made: what a stage computes may be an array's element or not finite,
     which JSON has as a plain number or null.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(strict=True, extra="ignore", allow_inf_nan=False)
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
 
     @property
     def absent(self) -> Collection[str]:
@@ -77,11 +81,15 @@ def plain(value: object) -> Any:
     return plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
-@dataclass(frozen=True, kw_only=True)
 class Document(Entry):
-    """Result of a stage, and its file; ``known`` lists the schemas that can be read, where the file names one."""
+    """Result of a stage, and its file; ``known`` lists the schemas that can be read, by default the own one."""
 
     known: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if own := vars(cls).get("schema"):
+            cls.known = (own,)
 
 
 def told(default: Any) -> Any:

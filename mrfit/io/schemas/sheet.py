@@ -1,15 +1,12 @@
 """A damper's test sheet: quantities of every condition with intervals, verdicts, comparison; sheet.json."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Document, Entry, told
 
-SHEET = "mrfit/sheet/1"
 PASS, FAIL, UNDECIDED = "pass", "fail", "cannot be judged"
 
 
-@dataclass(frozen=True, kw_only=True)
 class QuantityRow(Entry):
     """A quantity of a condition, SI, or the reason why there is none.
 
@@ -49,7 +46,6 @@ class QuantityRow(Entry):
     drift: float = 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
 class SheetCondition(Entry):
     """The whole cycles of a unit under one condition, SI; ``noise`` is that of the force in N."""
 
@@ -70,7 +66,6 @@ class SheetCondition(Entry):
     findings: list[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class AcrossRow(Entry):
     """A quantity of several conditions; ``conditions`` says of which."""
 
@@ -78,7 +73,6 @@ class AcrossRow(Entry):
     quantity: QuantityRow
 
 
-@dataclass(frozen=True, kw_only=True)
 class VerdictRow(Entry):
     """A limit and what it says of a value: ``pass``, ``fail`` or ``cannot be judged``, with its interval.
 
@@ -99,7 +93,6 @@ class VerdictRow(Entry):
     reason: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
 class UnitRow(Entry):
     """A unit: its conditions, quantities across them, verdicts, and the verdict of all of these."""
 
@@ -112,7 +105,6 @@ class UnitRow(Entry):
     left_out: list[str]
 
 
-@dataclass(frozen=True, kw_only=True)
 class StandsOut(Entry):
     """A unit far from the others; ``z`` in robust standard deviations."""
 
@@ -124,7 +116,6 @@ class StandsOut(Entry):
     z: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class ChangeRow(Entry):
     """A quantity beside that of the logs it is compared with; ``change`` is a share of the latter."""
 
@@ -139,12 +130,10 @@ class ChangeRow(Entry):
     changed: bool
 
 
-@dataclass(frozen=True, kw_only=True)
 class SheetFile(Document):
     """The sheet of one or several units, and how it was computed."""
 
-    known: ClassVar = (SHEET,)
-    schema: str = SHEET
+    schema: str = "mrfit/sheet/1"
     convention: str
     settings: dict[str, object]
     limits: str

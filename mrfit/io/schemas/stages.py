@@ -1,7 +1,7 @@
 """Results of ingest, flux, segment and report, as ingest.json and others hold them, and what is said of a recording."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
@@ -11,11 +11,7 @@ import mrfit.settings.segment
 from mrfit.core.recording import Recording
 from mrfit.io.schemas.reading import Document, Entry, told
 
-INGEST = "mrfit/ingest/1"
-FLUX = "mrfit/flux/1"
-SEGMENTS = "mrfit/segments/1"
 RECORDING = "mrfit/recording/1"
-REPORT = "mrfit/report/1"
 # Ids name files and are never paths
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9._-]*$")]
 # What the record of a recording says as the recording does
@@ -23,7 +19,6 @@ AS_RECORDED = ("id", "source", "sha256", "reader", "rows_kept", "rows_refused", 
 FORBIDDING = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 
-@dataclass(frozen=True, kw_only=True)
 class FoundOddity(Entry):
     """A finding of ingest."""
 
@@ -33,7 +28,6 @@ class FoundOddity(Entry):
     text: str
 
 
-@dataclass(frozen=True, kw_only=True)
 class StoredChannel(Entry):
     """A channel of a recording."""
 
@@ -42,7 +36,6 @@ class StoredChannel(Entry):
     column: int | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class About(Document):
     """All that is kept of a recording beside its samples; its own file has the schema before it."""
 
@@ -75,7 +68,6 @@ class About(Document):
         )
 
 
-@dataclass(frozen=True, kw_only=True)
 class Refused(Entry):
     """A log that could not be read; ``kept`` says that the recordings read from it before are still there."""
 
@@ -90,7 +82,6 @@ class Refused(Entry):
         return () if self.kept else ("kept",)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Copy(Entry):
     """A log that holds the same bytes as another one; ``read`` where its name or settings make another test of it."""
 
@@ -99,7 +90,6 @@ class Copy(Entry):
     read: bool
 
 
-@dataclass(frozen=True, kw_only=True)
 class IngestFile(Document):
     """Result of ingest, the content of ingest.json.
 
@@ -117,8 +107,7 @@ class IngestFile(Document):
         Of the run: whether it had nothing to do; sources; why each was replaced.
     """
 
-    known: ClassVar = (INGEST,)
-    schema: str = INGEST
+    schema: str = "mrfit/ingest/1"
     recordings: list[About]
     refused: list[Refused]
     copies: list[Copy] = field(default_factory=list)
@@ -139,14 +128,12 @@ class IngestFile(Document):
         return ("base",) if self.base is None else ()
 
 
-@dataclass(frozen=True, kw_only=True)
 class FluxSettings(mrfit.settings.flux.Settings, Entry):
     """Settings of the flux stage, as its file has them."""
 
     __pydantic_config__: ClassVar[ConfigDict] = FORBIDDING
 
 
-@dataclass(frozen=True, kw_only=True)
 class LoopRow(Entry):
     """A steady loop of current and flux: area in J with its standard error, ohmic loss per cycle in J."""
 
@@ -158,7 +145,6 @@ class LoopRow(Entry):
     ohmic: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class FluxRow(Entry):
     """Treatment of a recording by the flux stage; of one that it did not integrate only id and action are written."""
 
@@ -184,7 +170,6 @@ class FluxRow(Entry):
         return () if self.resistance is not None else [f.name for f in fields(self)[2:]]
 
 
-@dataclass(frozen=True, kw_only=True)
 class SeparationRow(Entry):
     """Loop area of one amplitude, separated: area(f) = static + eddy·f − resistance_error·∮ i² dt (∝ 1/f).
 
@@ -210,7 +195,6 @@ class SeparationRow(Entry):
     resistance_error_error: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class FluxFile(Document):
     """Result of the flux stage, the content of flux.json.
 
@@ -218,8 +202,7 @@ class FluxFile(Document):
     already.
     """
 
-    known: ClassVar = (FLUX,)
-    schema: str = FLUX
+    schema: str = "mrfit/flux/1"
     key: str | None = None
     code: str = ""
     settings: FluxSettings
@@ -232,14 +215,12 @@ class FluxFile(Document):
     skipped: bool = told(False)
 
 
-@dataclass(frozen=True, kw_only=True)
 class SegmentSettings(mrfit.settings.segment.Settings, Entry):
     """Settings of the segment stage, as its file has them."""
 
     __pydantic_config__: ClassVar[ConfigDict] = FORBIDDING
 
 
-@dataclass(frozen=True, kw_only=True)
 class SegmentRow(Entry):
     """A segment; a level that no test holds is nan, which JSON has as null."""
 
@@ -267,7 +248,6 @@ class SegmentRow(Entry):
         return self
 
 
-@dataclass(frozen=True, kw_only=True)
 class ConditionRow(Entry):
     """A test condition in one role."""
 
@@ -278,7 +258,6 @@ class ConditionRow(Entry):
     samples: int
 
 
-@dataclass(frozen=True, kw_only=True)
 class CutRow(Entry):
     """Samples of a recording that are in its segments, and those that are not."""
 
@@ -288,12 +267,10 @@ class CutRow(Entry):
     segments: int
 
 
-@dataclass(frozen=True, kw_only=True)
 class SegmentsFile(Document):
     """Result of the segment stage, written with its table; ``skipped``: whether it was there already."""
 
-    known: ClassVar = (SEGMENTS,)
-    schema: str = SEGMENTS
+    schema: str = "mrfit/segments/1"
     key: str
     code: str = ""
     settings: SegmentSettings
@@ -304,7 +281,6 @@ class SegmentsFile(Document):
     skipped: bool = told(False)
 
 
-@dataclass(frozen=True, kw_only=True)
 class ReportFile(Document):
     """Result of the report stage, the content of report.json.
 
@@ -320,8 +296,7 @@ class ReportFile(Document):
         Of the run: path of the page; whether nothing had changed since the last; why fits are out of date, by name.
     """
 
-    known: ClassVar = (REPORT,)
-    schema: str = REPORT
+    schema: str = "mrfit/report/1"
     key: str
     code: str = ""
     fits: list[str]

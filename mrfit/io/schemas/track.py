@@ -1,14 +1,10 @@
 """Result of `mrfit track-parameters`: parameters of a fit along logs; their courses are in tables beside it."""
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
-PARAMETER_TRACKS = "mrfit/track-parameters/1"
 
-
-@dataclass(frozen=True, kw_only=True)
 class TrackedValue(Entry):
     """A parameter along a log, SI.
 
@@ -38,7 +34,6 @@ class TrackedValue(Entry):
     block_deviation: Number | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class TrackedLog(Entry):
     """A log: samples, interval in s, shares of the time moved and with moving parameters, rms of the innovations."""
 
@@ -51,12 +46,10 @@ class TrackedLog(Entry):
     parameters: list[TrackedValue] = field(default_factory=list)
 
 
-@dataclass(frozen=True, kw_only=True)
 class TracksFile(Document):
     """Parameters of a fit along logs, and the noise that its residual has."""
 
-    known: ClassVar = (PARAMETER_TRACKS,)
-    schema: str = PARAMETER_TRACKS
+    schema: str = "mrfit/track-parameters/1"
     fit: str
     model: str
     output: str
