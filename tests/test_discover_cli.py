@@ -14,7 +14,7 @@ HIDDEN = {"discover-eddy": ("eddy-current", 0.2), "discover-current-lag": ("curr
 
 
 def command(folder: Path, *words: object) -> "subprocess.CompletedProcess[str]":
-    return commands.text(folder, *words, timeout=600.0, fresh=True)
+    return commands.text(folder, *words, timeout=600.0)
 
 
 def answer(folder: Path, *words: object) -> dict[str, Any]:

@@ -189,7 +189,9 @@ CASES = [
     pytest.param(
         "datasets/coil-eddy", "boucwen-flux", {"optimizer": "lsq", "seed": 3}, id="coil", marks=pytest.mark.slow
     ),
-    pytest.param("logs", "tanh", {"per": "all", "weight": "floor", "bounds": {"fy": (1, 5000)}}, id="damper"),
+    pytest.param(
+        "logs", "tanh", {"per": "all", "weight": "floor", "budget": 300, "bounds": {"fy": (1, 5000)}}, id="damper"
+    ),
 ]
 
 

@@ -140,7 +140,10 @@ def test_limits_are_kept_and_the_flux_comes_as_near_as_they_let_it(model: str, v
         assert np.min(off[-1000:]) < 1e-9, "behind a limit the flux comes back to the wanted one"
 
 
-@pytest.mark.parametrize(("frequency", "amplitude"), [(1.0, 0.04), (5.0, 0.05), (10.0, 0.03), (10.0, 0.07)])
+@pytest.mark.parametrize(
+    ("frequency", "amplitude"),
+    [(1.0, 0.04), (10.0, 0.07), *(pytest.param(*t, marks=pytest.mark.slow) for t in ((5.0, 0.05), (10.0, 0.03)))],
+)
 def test_the_rig_gives_the_flux_wanted_of_its_fit(frequency: float, amplitude: float) -> None:
     flux, dt = wanted(frequency, amplitude)
     found = mrfit.apply.flux_command(mrfit.apply.coil("stop-mmf", FITTED), flux, dt, CoilDrive(2.1, 12.0))

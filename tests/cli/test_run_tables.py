@@ -19,20 +19,21 @@ logs = ["logs/*.csv"]
 holdout = "none"
 [[fit]]
 model = "bingham"
+opt = "lsq"
 per = "all"
 current_order = "fy=1"
 [compare]
 models = ["bingham"]
-budget = 300
+budget = 100
 [[predict]]
-fit = "bingham.auto.all"
+fit = "bingham.lsq.all"
 logs = ["logs/sine_1Hz_*.csv"]
 save = "again"
 [figure]
 kind = "parameters"
 format = ["png"]
 [export]
-fit = "bingham.auto.all"
+fit = "bingham.lsq.all"
 to = ["c", "json"]
 prefix = "front"
 """
@@ -53,7 +54,7 @@ def test_every_table_is_done(tmp_path: Path, mrfit: Run) -> None:
     assert (work / "compare" / "compare.csv").is_file() and (work / "predict" / "again.parquet").is_file()
     assert told["predict"][0]["metrics"][-1]["nrmse"] < 0.1
     assert [Path(f).suffix for f in told["figure"][0]["files"]] == [".png"] and Path(work).is_dir()
-    exported = work / "export" / "bingham.auto.all"
+    exported = work / "export" / "bingham.lsq.all"
     assert {p.name for p in exported.iterdir()} == {"front.c", "front.h", "front_selftest.c", "front.json"}
     assert "front_step(" in (exported / "front.h").read_text()
     shown = mrfit("run", "p.toml")

@@ -65,11 +65,11 @@ def test_the_command_writes_its_files_and_prints_what_they_say(batch: Path) -> N
 
 
 def test_units_are_drawn_as_the_fits_scatter(batch: Path) -> None:
-    words = ("drift", "fleet", "--unit", "{unit}_2026*", "--draws", "60", "--out", "drawn")
+    words = ("drift", "fleet", "--unit", "{unit}_2026*", "--draws", "30", "--out", "drawn")
     done = commands.text(batch, *words)
     assert done.returncode == 0, done.stderr
     files = sorted((batch / "drawn" / "ssv").iterdir())
-    assert len(files) == 60
+    assert len(files) == 30
     before = files[7].read_bytes()
     commands.text(batch, *words)
     assert files[7].read_bytes() == before

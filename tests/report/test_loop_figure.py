@@ -141,11 +141,19 @@ def drawn_figure(workspace, kind, overlay, width) -> Figure:
     return kept[0]
 
 
-@pytest.mark.parametrize("width", ["84mm", "174mm"])
+DRAWN = [*((k, "none") for k in FIGURE_KINDS), ("loops", "conditions"), ("loops", "fits")]
+
+
 @pytest.mark.parametrize(
-    ("kind", "overlay"), [*((k, "none") for k in FIGURE_KINDS), ("loops", "conditions"), ("loops", "fits")]
+    ("study", "kind", "overlay", "width"),
+    [
+        # every kind in both widths and of both studies; of these fours every other one is among the slow tests
+        pytest.param(study, *DRAWN[k], width, marks=[pytest.mark.slow] if (i + j + k) % 2 else [])
+        for k in range(len(DRAWN))
+        for i, study in enumerate(("coil", "damper"))
+        for j, width in enumerate(("84mm", "174mm"))
+    ],
 )
-@pytest.mark.parametrize("study", ["coil", "damper"])
 def test_no_text_covers_another_or_a_curve(request, study, kind, overlay, width):
     workspace = request.getfixturevalue(study)[0]
     try:
