@@ -10,6 +10,7 @@ make, or that move the current, have none.
 import argparse
 import json
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import mrfit
@@ -37,12 +38,16 @@ STRUCTURES = {
 }
 
 
-def searched(asked: Asked) -> Proposal:
-    """Return what a search ends with on the records of a case."""
-    logs = [
+def recordings_of(asked: Asked) -> list[mrfit.Recording]:
+    """Return the records of a case as they are given to the search."""
+    return [
         mrfit.Recording.from_arrays(dt=dt, name=f"test {k:02d}", **channels)
         for k, (dt, channels) in enumerate(zip(asked.dt, asked.channels, strict=True))
     ]
+
+
+def searched(logs: Sequence[mrfit.Recording]) -> Proposal:
+    """Return what a search beside any law ends with on some records; no base and no effect takes part."""
     with one_blas_thread():
         data = prepared(logs, as_asked({}), silent).dataset
         base = assemble("bingham")
@@ -58,7 +63,7 @@ def row_of(case: Case) -> dict[str, object]:
     """Return what a case gave."""
     asked, truth, tests = asked_of(case)
     start = time.process_time()
-    found = searched(asked)
+    found = searched(recordings_of(asked))
     row: dict[str, object] = {"case": case.name, "hidden": case.hidden, "law": case.family, "why": found.why}
     row["seconds"] = round(time.process_time() - start, 2)
     if found.formula and found.sure:

@@ -12,6 +12,7 @@ from benchmarks.outside_forms.drives import WAVES, Drive, make_motion
 from benchmarks.outside_forms.forms import KINDS, SINGLES, Factor, Scales, Term, draw_terms, name_of
 from benchmarks.outside_forms.lawful import lawful_columns, outside, stop
 from benchmarks.outside_forms.laws import LAWS, Damper, draw_damper
+from benchmarks.outside_forms.page import figures
 from benchmarks.outside_forms.reading import FormulaError, read_formula
 from benchmarks.outside_forms.score import Proposal, read_proposed, score
 from benchmarks.outside_forms.specimen import Specimen, make_specimen
@@ -206,3 +207,14 @@ def test_the_library_can_be_left_out() -> None:
     command = [sys.executable, "-m", "benchmarks.outside_forms.library_off", "list", "effects", "--json"]
     said = subprocess.run(command, check=True, capture_output=True, text=True)
     assert [effect["name"] for effect in json.loads(said.stdout)] == ["no-force"]
+
+
+def test_the_figures_count_what_was_said() -> None:
+    right = {"kind": "cubic", "proposed": "x^3", "outcome": "right", "closed": 0.9, "holds": [True, False]}
+    none = {"kind": "cubic", "proposed": "", "outcome": "none"}
+    null = {"kind": "null-wrong-law", "proposed": "x", "outcome": "null-called"}
+    stopped, whole = ({"plugged": p} for p in ({"stopped": "export", "why": ""}, {"differs": 1e-12}))
+    rows = [{**r, "processor_time": 1.0} for r in (right | stopped, none, null | whole)]
+    shares = [line.split("|")[3].split(";")[0].strip() for line in figures(rows).splitlines()[2:12]]
+    half = "50.0 % (1/2"
+    assert shares == [half, half, half, half, "not run", "100.0 % (1/1", half, "not run", half, half]

@@ -34,6 +34,8 @@ class FactorKind:
         Power of the unit of u by which it grows, ``first`` for the first constant; 0 for none.
     places
         Which constants are in the unit of u.
+    varying
+        The same without a constant that a law may make, where it differs.
     inverse
         Whether the first constant is said as its inverse, and the function was divided by all of them.
     """
@@ -45,6 +47,7 @@ class FactorKind:
     price: float = 0.0
     power: float | Literal["first"] = 0.0
     places: tuple[int, ...] = ()
+    varying: str = ""
     inverse: bool = False
 
     def compiled(self) -> Callable[..., Array]:
@@ -127,11 +130,14 @@ class Term:
     def gain(self) -> Factor | None:
         """Factor of the place on a force that any law may make, whose mean is the law's; None if it is no such term."""
         places = [f for f in self.factors if f.variable == "x"]
-        others = {f.variable for f in self.factors} - {"x"}
-        sided = any(f.variable == "v" and f.kind not in ODD for f in self.factors)
-        return (
-            places[0] if len(places) == 1 and others & {"v", "L"} and others <= {"v", "i", "L"} and not sided else None
-        )
+        return places[0] if len(places) == 1 and len(self.factors) > 1 and self.mean_is_lawful(places[0]) else None
+
+    def mean_is_lawful(self, factor: Factor) -> bool:
+        """Return whether a law makes the product of the other factors, so that the mean of this one is not known."""
+        others = [f for f in self.factors if f is not factor]
+        variables = {f.variable for f in others}
+        sided = any(f.variable == "v" and f.kind not in ODD for f in others)
+        return not others or (bool(variables & {"v", "L"}) and variables <= {"v", "i", "L"} and not sided)
 
     def of(self, values: Mapping[str, Array], gauge: float = 0.0) -> Array:
         """Return the product (N,) at scaled variables (N,), a mean taken off its gain."""

@@ -6,7 +6,7 @@ Phi is the nuisance of any law. A formula is kept only if it stands beside the l
 alone, with the terms of a base, and with twice the memory.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,6 +57,8 @@ class Proposal:
         What it was found on.
     held_out
         Errors on held-out records; None without any.
+    shifts
+        What laws of other forms move its coefficients by (K,): what is not known of them beside the standard errors.
     """
 
     formula: Formula | None
@@ -65,6 +67,12 @@ class Proposal:
     alike: tuple[Formula, ...] = ()
     rows: FormulaRows | None = None
     held_out: HeldOutErrors | None = None
+    shifts: Array | None = None
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Terms of the best formula; empty without one."""
+        return self.formula.terms if self.formula else ()
 
 
 def propose(records: Sequence[Record], held_out: Sequence[Record], base: Base | None, policy: Policy) -> Proposal:
@@ -91,16 +99,30 @@ def propose(records: Sequence[Record], held_out: Sequence[Record], base: Base | 
         return Proposal(None, "no term is outside every law")
     first = chosen(rows, found, policy)[0]
     rows = reweighed(rows, first)
-    best, alike = chosen(rows, again(rows, found, policy), policy)
-    sure = certainty(rows, best)
-    errors = None
+    found, proof = again(rows, found, policy), None
     if held_out:
-        others = setting_of(held_out, terms[len(records) :], [], policy, scales=setting.scales)
-        errors = on_held_out(rows, best, others)
-    why = objection(best, sure, policy) or lost_beside_other_laws(rows, best, sure, terms[: len(records)], policy)
+        proof = setting_of(held_out, terms[len(records) :], [], policy, scales=setting.scales)
+    tried = [_tried(rows, found, terms[: len(records)], proof, policy)]
+    # a term that does not stand takes those with it that stand alone
+    while tried[-1].why and (fewer := [f for f in found if len(f.terms) < len(tried[-1].terms)]):
+        tried.append(_tried(rows, fewer, terms[: len(records)], proof, policy))
+    return next((t for t in tried if not t.why), tried[0])
+
+
+def _tried(
+    rows: FormulaRows, found: Sequence[Formula], terms: Sequence[Array], proof: RegressionData | None, policy: Policy
+) -> Proposal:
+    """Return the result for the best of some formulas; terms (L + N, K) are a base's, the proof is of other records."""
+    best, alike = chosen(rows, found, policy)
+    sure = certainty(rows, best)
+    errors = on_held_out(rows, best, proof) if proof else None
+    why = objection(best, sure, policy)
+    others = {} if why else beside_other_laws(rows, best, terms, policy)
+    why = why or lost_beside_other_laws(best, sure, others, policy)
     if not why and errors and errors.after > errors.law:
         why = "it does not lower the error on held-out conditions"
-    return Proposal(best, why, sure, (*readings(rows, best, policy), *alike), rows, errors)
+    shifts = np.max([np.zeros(len(best.theta)), *(np.abs(o.theta - best.theta) for o in others.values())], axis=0)
+    return Proposal(best, why, sure, (*readings(rows, best, policy), *alike), rows, errors, shifts)
 
 
 def rows_beside(setting: RegressionData) -> FormulaRows:
@@ -129,18 +151,25 @@ def readings(rows: FormulaRows, formula: Formula, policy: Policy) -> list[Formul
     return found
 
 
-def lost_beside_other_laws(
-    rows: FormulaRows, formula: Formula, sure: Certainty, terms: Sequence[Array], policy: Policy
-) -> str:
-    """Return an objection beside laws of other forms, or an empty string; terms (L + N, K) are a base's."""
+def beside_other_laws(
+    rows: FormulaRows, formula: Formula, terms: Sequence[Array], policy: Policy
+) -> dict[str, Formula]:
+    """Return the formula beside laws of other forms, by what is said of them; terms (L + N, K) are a base's."""
     records = rows.setting.records
     others = {"a law that remembers for longer": setting_of(records, terms, [], policy, policy.longer_memory)}
     if terms[0].shape[1]:
         others["a law without the terms of the base"] = setting_of(records, of_the_place(rows, terms), [], policy)
+    return {
+        what: measured(FormulaRows(setting, rows.scales, rows.samples, rows.weights), formula.terms)
+        for what, setting in others.items()
+    }
+
+
+def lost_beside_other_laws(formula: Formula, sure: Certainty, others: Mapping[str, Formula], policy: Policy) -> str:
+    """Return an objection of what is left of a formula beside laws of other forms, or an empty string."""
     clear = sure.clear(formula.theta)
     least = policy.formula_kept_if_plain if clear >= policy.formula_plain else policy.formula_kept
-    for what, setting in others.items():
-        beside = measured(FormulaRows(setting, rows.scales, rows.samples, rows.weights), formula.terms)
+    for what, beside in others.items():
         if beside.kept < policy.formula_further * least:
             return f"{what} may have it: beside it {100.0 * max(beside.kept, 0.0):.0f} % are left to take"
         if abs(1.0 - beside.size / formula.size) > policy.formula_drift:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.channels import CONTROL, MOTION, WARMTH, unit_factors, unit_of
+from mrfit.core.specs import Array
 from mrfit.discover.formula.factors import FACTOR_KINDS, Factor, Term
 from mrfit.discover.formula.proposal import Proposal
 from mrfit.discover.formula.rows import FormulaRows, Scale
@@ -26,10 +27,12 @@ def proposed(found: Proposal) -> ProposedFormula:
     if found.why or formula is None or rows is None or sure is None:
         return ProposedFormula(reason=found.why)
     made = rows.setting.records[0].made
-    spread = np.hypot(STANDARD.formula_interval * sure.errors, STANDARD.accuracy * formula.theta)
+    shifts = 0.0 if found.shifts is None else STANDARD.formula_shift * found.shifts
+    spread = np.hypot(np.hypot(STANDARD.formula_interval * sure.errors, STANDARD.accuracy * formula.theta), shifts)
+    rests = of_the_law_at_rest(rows, formula)
     terms = [
-        _coefficient(rows, t, k, (float(theta), float(half)), made)
-        for k, (t, theta, half) in enumerate(zip(formula.terms, formula.theta, spread, strict=True))
+        _coefficient(rows, t, k, (float(rest * theta), float(rest * half)), made)
+        for k, (t, rest, theta, half) in enumerate(zip(formula.terms, rests, formula.theta, spread, strict=True))
     ]
     return ProposedFormula(
         text=text_of(rows, formula),
@@ -48,10 +51,20 @@ def proposed(found: Proposal) -> ProposedFormula:
 def text_of(rows: FormulaRows, formula: Formula) -> str:
     """Return a formula in SI, without its intervals."""
     made, said = rows.setting.records[0].made, ""
-    for term, theta in zip(formula.terms, formula.theta, strict=True):
+    for term, theta in zip(formula.terms, of_the_law_at_rest(rows, formula) * formula.theta, strict=True):
         written = _written(rows, term, made)
         said += f" {written.scale * theta:+.4g}*{written.text}"
     return said.strip().removeprefix("+")
+
+
+def of_the_law_at_rest(rows: FormulaRows, formula: Formula) -> Array:
+    """Return the factors (K,) on coefficients where gains are written without the means that the search takes off.
+
+    L' (1 + theta (g - m)) = L + theta/(1 - theta m) g L, with L = L' (1 - theta m) the law where the gain g is zero.
+    """
+    means = [rows.gauge(t) if any(f.variable == "L" for f in t.factors) else 0.0 for t in formula.terms]
+    rest = max(1.0 - float(formula.theta @ np.array(means)), STANDARD.formula_least_scale)
+    return np.array([1.0 / rest if any(f.variable == "L" for f in t.factors) else 1.0 for t in formula.terms])
 
 
 def box_of(rows: FormulaRows, formula: Formula) -> list[FormulaRange]:
@@ -95,7 +108,7 @@ def _written(rows: FormulaRows, term: Term, made: str) -> SiTerm:
         factor = own.size**power * _inverse(f)
         for base, own_power in _powers_of(unit_of(channel_of(f.variable, made)) or "s").items():
             powers[base] = powers.get(base, 0.0) - power * own_power
-        texts.append(_factor(f, own))
+        texts.append(_factor(f, own, term.mean_is_lawful(f)))
         scale /= factor
     return SiTerm("*".join(texts), _unit_of(powers), scale)
 
@@ -127,14 +140,15 @@ def _inverse(f: Factor) -> float:
     return float(np.prod(f.constants)) if FACTOR_KINDS[f.kind].inverse else 1.0
 
 
-def _factor(f: Factor, scale: Scale) -> str:
+def _factor(f: Factor, scale: Scale, varying: bool) -> str:
     kind, size = FACTOR_KINDS[f.kind], scale.size
     constants = [c * size if k in kind.places else c for k, c in enumerate(f.constants)]
     if kind.inverse:
         constants[0] = size / f.constants[0]
     origin = scale.origin if abs(scale.origin) > STANDARD.formula_small * size else 0.0
     variable = f"({f.variable}{-origin:+.4g})" if origin else f.variable
-    return kind.text.format(*(f"{c:.4g}" for c in constants), u=variable).replace("--", "+")
+    text = (varying and kind.varying) or kind.text
+    return text.format(*(f"{c:.4g}" for c in constants), u=variable).replace("--", "+")
 
 
 def _coefficient(rows: FormulaRows, term: Term, at: int, value: tuple[float, float], made: str) -> EffectParameter:

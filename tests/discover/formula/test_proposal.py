@@ -39,16 +39,14 @@ def test_a_resistance_of_one_direction_has_its_mirror_image_and_its_even_part_as
     assert coefficient.unit == "N*s^2/m^2" and coefficient.low < 1250.0 < coefficient.high
 
 
-def test_a_gain_of_the_place_is_that_of_the_laws_force_with_its_mean_left_to_the_law() -> None:
+def test_a_gain_of_the_place_is_over_the_laws_force_where_the_gain_is_zero() -> None:
     search = found(gain)
     assert search.formula and search.rows and search.why == ""
     (term,) = search.formula.terms
     assert term.structure == ("L line", "x square")
-    # the mean gain of 1 + 800 x^2 is the law's
-    mean = float(np.mean(np.concatenate([r.measured(r.place) ** 2 for r in search.rows.setting.records])))
     (coefficient,) = proposed(search).coefficients
     assert coefficient.unit == "1/m^2"
-    assert coefficient.value == pytest.approx(800.0 / (1.0 + 800.0 * mean), rel=0.03)
+    assert coefficient.value == pytest.approx(800.0, rel=0.01)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -93,3 +91,11 @@ def test_factors_are_their_closed_forms() -> None:
     np.testing.assert_allclose(of("over", 0.3) - of("under", 0.3), u - 0.3, atol=1e-15)
     np.testing.assert_allclose(of("above", 2.0) - of("below", 2.0), of("odd-square"), atol=1e-15)
     np.testing.assert_allclose(of("thermal", 1e-7), -u, atol=1e-6)
+
+
+def test_a_constant_that_a_law_may_make_is_not_said() -> None:
+    gas, warm = Factor("x", "gas-column", (0.5, 1.3)), Factor("T", "thermal", (0.5,))
+    assert Term((gas,)).mean_is_lawful(gas)
+    assert Term((warm, Factor("v", "line"))).mean_is_lawful(warm)
+    for other in (Factor("x", "line"), Factor("v", "size"), Factor("i", "line")):
+        assert not Term((warm, other)).mean_is_lawful(warm)
