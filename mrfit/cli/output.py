@@ -124,7 +124,8 @@ def flux(summary: Summary, work: Path) -> None:
     columns = ("recording", "what was done", "R (Ω)", "R from", "offset (V)", "closure (Wb)", "loop area (J)")
     rows = [numbers(r, names) for r in summary["recordings"]]
     print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
-    for line in [*summary.get("findings", []), *summary.get("separation_text", [])]:
+    _say_once(summary.get("findings", []))
+    for line in summary.get("separation_text", []):
         say(f"  {line}")
     _notes(summary)
     conclude(in_one_line.flux(summary, work))

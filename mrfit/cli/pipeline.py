@@ -227,9 +227,9 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     settings = mrfit.flux.stage.last_settings(workspace) if there else project.settings_of("flux")
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
-    integrated = mrfit.flux.stage.run(workspace, settings, progress).resistance is not None
-    if settings.resistance is None or not integrated:
-        return []
+    made = mrfit.flux.stage.run(workspace, settings, progress)
+    if settings.resistance is None or made.resistance is None:
+        return [note for note in made.findings if mrfit.flux.stage.NO_FLUX in note][:1]
     auto = settings.resistance == "auto"
     what = "coil resistance: estimated" if auto else f"coil resistance {settings.resistance} Ω"
     if resistance is None:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.core.channels import unit_of
+from mrfit.core.channels import MOTION, unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import FLUX_RESISTANCE, Recording
 from mrfit.core.specs import Array
@@ -42,7 +42,8 @@ from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.thinning import thinned
 
 STAGE = "flux"
-INTEGRATED = "integrated"
+INTEGRATED, PASSED = "integrated", "passed through"
+NO_FLUX = "no flux linkage, which a damper does not need"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,13 @@ class _Resistance:
     value: float
     error: float
     source: str
+
+
+_NO_RESISTANCE = (
+    "the coil resistance cannot be estimated: it needs steady cycles at three frequencies, of one amplitude or of "
+    f"{NEEDED_LOOPS} loops, or a steady direct current (at one frequency an error δR adds −δR·∮i²dt to the loop's "
+    "area, just as hysteresis does); give it with --resistance OHM, or log more frequencies"
+)
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> FluxFile:
@@ -189,7 +197,10 @@ def _positive(value: object, where: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _CoilAnalysis:
-    """Properties of a recording that need no resistance: its treatment, its steady cycles and loops."""
+    """Properties of a recording that need no resistance: its treatment, its steady cycles and loops.
+
+    ``is_of_damper``: a force or torque was logged too, and a fit of that needs no flux.
+    """
 
     identifier: str
     source: str
@@ -199,6 +210,7 @@ class _CoilAnalysis:
     loops: tuple[LoopEnergy, ...]
     blocks: Array
     peak: float
+    is_of_damper: bool = False
 
 
 def _analyse(recording: Recording, settings: Settings) -> _CoilAnalysis:
@@ -208,7 +220,7 @@ def _analyse(recording: Recording, settings: Settings) -> _CoilAnalysis:
     if "flux" in channels:
         return _CoilAnalysis(*nothing, "measured flux kept", None, (), (), empty, 0.0)
     if not {"voltage", "current"} <= set(channels):
-        return _CoilAnalysis(*nothing, "passed through", None, (), (), empty, 0.0)
+        return _CoilAnalysis(*nothing, PASSED, None, (), (), empty, 0.0)
     own = recording.condition.get("resistance")
     if own is not None and settings.resistance is None:
         own = _positive(own, recording.source)
@@ -217,7 +229,8 @@ def _analyse(recording: Recording, settings: Settings) -> _CoilAnalysis:
     loops = tuple(loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
     blocks = steady_blocks(voltage, current) if not stretches else empty
     peak = max(map(abs, extent(current))) if not stretches else 0.0
-    return _CoilAnalysis(*nothing, INTEGRATED, own, stretches, loops, blocks, peak)
+    of_damper = not MOTION.keys().isdisjoint(channels)
+    return _CoilAnalysis(*nothing, INTEGRATED, own, stretches, loops, blocks, peak, of_damper)
 
 
 def _stretches(recording: Recording) -> list[SteadyCycles]:
@@ -235,7 +248,10 @@ def _stretches(recording: Recording) -> list[SteadyCycles]:
 
 
 def _resistances(analysed: list[_CoilAnalysis], settings: Settings) -> dict[str, _Resistance]:
-    """Return the resistance of every recording that is integrated: as set, its own, the fallback or estimated."""
+    """Return the resistance of every recording that is integrated: as set, its own, the fallback or estimated.
+
+    Logs of a damper of which none of these tells it are not integrated.
+    """
     wanted = [a for a in analysed if a.action == INTEGRATED]
     given, fallback = settings.resistance, settings.fallback
     if isinstance(given, (int, float)):
@@ -247,12 +263,18 @@ def _resistances(analysed: list[_CoilAnalysis], settings: Settings) -> dict[str,
     }
     if fallback is not None and given is None:
         rest = _Resistance(float(fallback), 0.0, "fallback")
-    elif len(found) < len(wanted):
-        rest = _estimated(wanted)
-    return {a.identifier: found[a.identifier] if a.identifier in found else rest for a in wanted}
+    elif len(found) == len(wanted):
+        return found
+    elif (estimate := _estimated(wanted)) is not None:
+        rest = estimate
+    elif all(a.is_of_damper or a.identifier in found for a in wanted):
+        return found
+    else:
+        raise DataError(f"{wanted[0].source}: {_NO_RESISTANCE}")
+    return {a.identifier: found.get(a.identifier, rest) for a in wanted}
 
 
-def _estimated(wanted: list[_CoilAnalysis]) -> _Resistance:
+def _estimated(wanted: list[_CoilAnalysis]) -> _Resistance | None:
     by_frequency = estimate_resistance([loop for a in wanted for loop in a.loops])
     if by_frequency is not None and by_frequency[0] > 0.0:
         value, error = by_frequency
@@ -262,11 +284,7 @@ def _estimated(wanted: list[_CoilAnalysis]) -> _Resistance:
     if by_plateau is not None and by_plateau[0] > 0.0:
         value, error, how = by_plateau
         return _Resistance(value, error, f"estimated from {how}")
-    raise DataError(
-        f"{wanted[0].source}: the coil resistance cannot be estimated: it needs steady cycles at three frequencies, of "
-        f"one amplitude or of {NEEDED_LOOPS} loops, or a steady direct current (at one frequency an error δR adds "
-        "−δR·∮i²dt to the loop's area, just as hysteresis does); give it with --resistance OHM, or log more frequencies"
-    )
+    return None
 
 
 @contextmanager
@@ -310,7 +328,7 @@ def _write(
     workspace: Workspace, staging: str, found: _CoilAnalysis, resistance: _Resistance | None, settings: Settings
 ) -> FluxRow:
     if resistance is None:
-        return FluxRow(id=found.identifier, action=found.action)
+        return FluxRow(id=found.identifier, action=PASSED if found.action == INTEGRATED else found.action)
     recording = workspace.read_recording(found.identifier, streamed=True)
     changed, drift = _integrated(recording, found, resistance, settings)
     workspace.write_recording(changed, staging)
@@ -397,6 +415,7 @@ def _summary(
     loops = [loop for a in analysed for loop in a.loops]
     separations = separate(loops, values)
     told = [_in_words(s) for s in separations]
+    lacking = [a for a in analysed if a.action == INTEGRATED and a.identifier not in resistances]
     if loops and not separations:
         told = [
             "the loop area is not separated into hysteresis and eddy currents: that needs three frequencies, of one "
@@ -408,7 +427,10 @@ def _summary(
         settings=FluxSettings(**asdict(settings)),
         resistance=float(np.median(list(values.values()))) if values else None,
         recordings=rows,
-        findings=[f"{r.id}: bias-change: {r.finding}" for r in rows if r.finding],
+        findings=[
+            *(f"{r.id}: bias-change: {r.finding}" for r in rows if r.finding),
+            *(f"{a.identifier}: {NO_FLUX}: {_NO_RESISTANCE}" for a in lacking),
+        ],
         separation=separations,
         separation_text=told,
     )

@@ -13,6 +13,7 @@ from math import sqrt
 
 import numpy as np
 
+from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.filters import play
 from mrfit.signal.convolution import correlation_time
@@ -21,6 +22,8 @@ from mrfit.signal.noise_floor import Mask, NoiseFloor, measured_samples, not_kno
 
 # Fewest measured samples, and the most that are looked at
 REGRESSION_SAMPLES_MIN, REGRESSION_SAMPLES_MAX = 600, 20_000
+# Samples of all channels of the longest record of which the floor is remembered
+REMEMBERED_CHANNELS_MAX = 2_000_000
 # Widths of the smoothed signs as shares of the highest rate, and of the plays as shares of the largest stroke
 SIGNS = (0.01, 0.03, 0.08, 0.2, 0.5)
 PLAYS = np.geomspace(0.005, 0.8, 8)
@@ -75,6 +78,14 @@ def regression_floor(values: Array, motion: DrivingInput) -> NoiseFloor:
     motion
         Inputs at the same samples.
     """
+    content = np.stack([values, motion.moved, motion.rate, motion.acceleration, *motion.others])
+    return _floor_of(content.ravel(), len(content), motion.dt)
+
+
+def _regression_floor(content: Array, channels: int, dt: float) -> NoiseFloor:
+    """Return the same for an output and its inputs one after the other (C*N,)."""
+    values, moved, rate, acceleration, *others = content.reshape(channels, -1)
+    motion = DrivingInput(moved, rate, acceleration, others, dt)
     measured = measured_samples(values)
     stride = max(1, -(-int(np.sum(measured)) // REGRESSION_SAMPLES_MAX))
     rows = np.flatnonzero(measured)[::stride]
@@ -103,6 +114,9 @@ def regression_floor(values: Array, motion: DrivingInput) -> NoiseFloor:
     if least < high <= CLOSE_BOUNDS_RATIO * least:
         return NoiseFloor(sqrt(least * high), "regression", least, high)
     return not_known(values, high)
+
+
+_floor_of = remembered(_regression_floor, longest=REMEMBERED_CHANNELS_MAX)
 
 
 def library(motion: DrivingInput, rows: Index) -> Array:

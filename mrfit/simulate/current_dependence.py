@@ -31,7 +31,7 @@ from mrfit.errors import ConfigError, DataError
 
 HIGHEST_ORDER = 4
 # Records whose polynomials are remembered, of at most so many samples: in longer ones they cost little beside the model
-_REMEMBERED, REMEMBERED_SAMPLES = 64, 10_000
+_REMEMBERED, REMEMBERED_SAMPLES = 256, 10_000
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
 MEETING, JUMPING = ":", "/"

@@ -21,6 +21,7 @@ from mrfit.cli.catalog import read_catalog
 from mrfit.core.progress import silent
 from tests import commands
 from tests.conftest import Run
+from tests.flux.records import coil, recording, workspace
 
 PUBLISHED = {"A": 1.1993, "Lc": 0.0178, "kappa": 3.4887, "beta": 30.0007, "gamma": 59.9993, "n": 1.2695}
 COIL_MAP = """
@@ -29,6 +30,17 @@ voltage = {column = "CH1", unit = "V"}
 current = {column = "CH2", scale = 10.0, unit = "A"}
 """
 UTFSM_MAP = read_catalog()["mr_damper_utfsm"].map
+
+
+def test_a_fit_of_a_damper_says_once_that_no_flux_was_made(tmp_path: Path) -> None:
+    driven = coil(5.0, 3.0)
+    channels = {"voltage": driven["voltage"], "current": driven["current"], "force": driven["truth"]}
+    made = workspace(tmp_path, [recording(name, 4e-4, channels) for name in ("one", "two")])
+    (note,) = pipeline._flux_as_before(made, None, silent)
+    assert note.startswith("one: no flux linkage, which a damper does not need") and "--resistance OHM" in note
+    assert pipeline._flux_as_before(made, 2.0, silent) == [
+        "coil resistance 2.0 Ω, kept for later commands of this workspace; `mrfit flux` changes it"
+    ]
 
 
 def combinations(divisor: float) -> dict[str, float]:

@@ -34,3 +34,15 @@ def test_only_results_of_short_arrays_are_remembered_and_by_content(samples: int
     changed = values.copy()
     changed[-1] += 1.0
     assert total(changed) == total(values) + 1.0
+
+
+def test_more_is_remembered_where_a_function_asks_for_it() -> None:
+    seen = []
+
+    def total(array: Array) -> float:
+        seen.append(len(array))
+        return float(array.sum())
+
+    kept, values = remembered(total, longest=MOST_REMEMBERED + 1), np.ones(MOST_REMEMBERED + 1)
+    assert kept(values) == kept(values.copy()) == len(values)
+    assert len(seen) == 1

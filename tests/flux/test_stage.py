@@ -11,7 +11,7 @@ import pytest
 import mrfit.flux.stage as stage
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
-from mrfit.flux.stage import Settings, last_resistance, last_settings, run
+from mrfit.flux.stage import Settings, last_resistance, last_settings, reconstruct, run
 from mrfit.io.workspace import Workspace, read_json
 from tests.flux.records import coil, files_under, recording, workspace
 
@@ -73,6 +73,18 @@ def test_one_frequency_cannot_give_the_resistance(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="coil-5Hz-3A.csv.*--resistance OHM"):
         run(made, Settings())
     assert files_under(tmp_path) == before
+
+
+def test_a_damper_needs_no_resistance(tmp_path: Path) -> None:
+    damper = log(own=False)
+    damper = replace(damper, channels={**damper.channels, "force": damper.channels["current"]})
+    made = workspace(tmp_path, [damper])
+    found = run(made, Settings())
+    assert (found.resistance, [r.action for r in found.recordings]) == (None, ["passed through"])
+    assert "no flux linkage" in found.findings[0] and "--resistance OHM" in found.findings[0]
+    assert reconstruct([damper], Settings()) == ([damper], None)
+    assert run(made, Settings()).skipped
+    assert run(made, Settings(resistance=2.0)).recordings[0].action == "integrated"
 
 
 @pytest.mark.parametrize("value", [-2.0, 0.0, float("nan"), float("inf"), "two"])

@@ -57,13 +57,11 @@ def worth_telling(laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, .
     return tuple(sorted(told, key=lambda law: -_taken(law))[: policy.most_laws])
 
 
-def better_alone(
-    found: DiscoveryFile, laws: Sequence[OtherLaw], policy: Policy, times: float = 1.0
-) -> tuple[OtherLaw, ...]:
+def better_alone(found: DiscoveryFile, laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, ...]:
     """Return the laws that leave less without any effect than with those that are named, the best first.
 
-    By a factor less than the base with these, and than they do themselves with these held. An effect that is there
-    makes no law worse.
+    That is less than the base with these, and than they do themselves with these held. An effect that is there makes no
+    law worse.
     """
     gap = found.gap
     before, noise = (gap.before or 0.0) ** 2, (gap.noise_floor or 0.0) ** 2
@@ -73,7 +71,7 @@ def better_alone(
         return float(min((gap.after or 0.0) ** 2, beside))
 
     own = {law.model: law.holdout_nrmse for law in laws if law.holdout_nrmse is not None}
-    better = [law for law in laws if law.model in own and (times * own[law.model]) ** 2 < leaves(law)]
+    better = [law for law in laws if law.model in own and own[law.model] ** 2 < leaves(law)]
     return tuple(sorted(better, key=lambda law: own[law.model])[: policy.most_laws])
 
 

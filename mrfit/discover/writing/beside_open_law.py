@@ -21,7 +21,7 @@ from mrfit.discover.policy import Policy
 from mrfit.discover.selection.combine import Floors, combine, leaves_noise
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.writing.findings import gap_of
-from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws, without_proof
+from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws
 from mrfit.io.schemas.discovery import DiscoveryFile, InvariantEffect
 
 
@@ -69,11 +69,9 @@ def beside_open_law(
         without = {n: _without(fitter, base, held, n) for n in combined.named}
         found = with_gap(found, gap_of(fitter.bench, base, after), without)
     if not examined.not_applicable and (combined.law_may_be_off or chosen.final.effects):
-        fitted = other_laws(fitter, base, held, dependence, policy)
-        better = better_alone(found, fitted, policy)
-        found = with_laws(found, worth_telling(fitted, policy) if combined.law_may_be_off else better)
-        if (found.effects or found.ambiguous_set) and better_alone(found, fitted, policy, policy.law_alone):
-            found, after = without_proof(with_laws(found, better)), base
+        laws = other_laws(fitter, base, held, dependence, policy)
+        told = worth_telling(laws, policy) if combined.law_may_be_off else better_alone(found, laws, policy)
+        found = with_laws(found, told)
     return OpenLawResult(found, after)
 
 

@@ -68,23 +68,6 @@ def with_examination(
     return exact.model_copy(update=told)
 
 
-def without_proof(found: DiscoveryFile) -> DiscoveryFile:
-    """Return a discovery that names no effects, since another law leaves clearly less without any."""
-    names = " and ".join([*(e.name for e in found.effects), *found.ambiguous_set])
-    why = (
-        f"beside {found.base_model} {names} would be there; {found.other_laws[0].model} leaves less without any effect"
-    )
-    ways = found.ways.model_copy(update={"agree": False, "difference": why}) if found.ways else None
-    back, examined = _taken_back(found), found.invariance
-    # with held values they are no effects of the base taken as exact
-    suspects = found.suspects if found.held else back.suspects
-    if examined:
-        down = (n.model_copy(update={"reason": "another law leaves less without it"}) for n in examined.named)
-        examined = examined.model_copy(update={"named": (), "turned_down": (*down, *examined.turned_down)})
-    told = {"verdict": "unexplained", "ways": ways, "held": (), "suspects": suspects, "invariance": examined}
-    return back.model_copy(update=told)
-
-
 def _taken_back(exact: DiscoveryFile) -> DiscoveryFile:
     """Return a discovery where nothing confirms what the base taken as exact names."""
     gap, known = exact.gap, exact.gap.noise_floor is not None
