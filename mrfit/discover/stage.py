@@ -24,6 +24,7 @@ from mrfit.discover.writing.beside_open_law import beside_open_law
 from mrfit.discover.writing.contributions import contributions
 from mrfit.discover.writing.findings import findings, series_of
 from mrfit.discover.writing.formula import PLUGIN_FILE, with_formula
+from mrfit.discover.writing.law_repair import REPAIR_FILE, with_law_repair
 from mrfit.discover.writing.open_law import with_another_base
 from mrfit.discover.writing.result import DiscoveryRequest, account
 from mrfit.errors import ConfigError
@@ -142,13 +143,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     made = {"code": code_version("discover"), "segments_sha256": segments_digest(rows), "settings": own}
     found = told.found.model_copy(update=made)
     # a kill from here on must not leave the files of one discovery beside the key of another
-    for name in ("discovery.json", "residuals.parquet", PLUGIN_FILE):
+    for name in ("discovery.json", "residuals.parquet", PLUGIN_FILE, REPAIR_FILE):
         (folder / name).unlink(missing_ok=True)
     if told.series:
         write_table(folder / "residuals.parquet", told.series)
     write_text(folder / "model.toml", model_toml(found))
-    if found.proposed and found.proposed.source:
-        write_text(folder / found.proposed.file, found.proposed.source)
+    for written in (found.proposed, found.lacking):
+        if written and written.source:
+            write_text(folder / written.file, written.source)
     write_json(folder / "discovery.json", found.to_json())
     shutil.rmtree(folder / ".partial", ignore_errors=True)
     return DiscoveryOutcome(found)
@@ -310,7 +312,7 @@ def _discovered(job: _Job) -> DiscoveryOutput:
         told, after = _with_another_base(job, beside.found), beside.after
     if job.settings.formulas and told.verdict == "unexplained":
         job.progress("formula", 0, 1)
-        told = with_formula(told, bench, before, STANDARD)
+        told = with_law_repair(with_formula(told, bench, before, STANDARD), bench, before, STANDARD)
         job.progress("formula", 1, 1)
     return DiscoveryOutput(told, {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)})
 

@@ -33,6 +33,20 @@ def travel_memory(step: Array, lengths: Array) -> Array:
 
 
 @kernel
+def stopped(step: Array) -> Array:
+    """Return the stop operator z = max(-1, min(1, z before + step)) of the steps (N,) of a signal; it starts at 0.
+
+    Source: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
+    """
+    found = np.empty(len(step))
+    z = 0.0
+    for n in range(len(step)):
+        z = max(-1.0, min(1.0, z + step[n]))
+        found[n] = z
+    return found
+
+
+@kernel
 def since_reversal(x: Array, swing: float) -> Array:
     """Return the travel since the motion last turned, and half the stroke between its last two turns, shape (2, N).
 

@@ -37,6 +37,7 @@ from mrfit.report.explain import (
 )
 from mrfit.report.formula_words import formula_sentences
 from mrfit.report.key import STYLE_SHEET
+from mrfit.report.law_repair_words import law_repair_sentences
 from mrfit.report.law_words import law_sentences, nearer_law, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.sections import SECTIONS_TEMPLATE, Section, Table, exact, figures_in_page
@@ -145,7 +146,8 @@ def _verdict(found: DiscoveryFile) -> list[Section]:
         text = "The model with what was found is fitted like any other: <code>{}</code>"
         words.append(Markup(text).format(command))
     formula = Section("A formula for what has no name", points=formula_sentences(found))
-    return [Section("Verdict", words, [_effects(found)]), _open_questions(found), _law_words(found), formula]
+    repair = Section("A term that the law lacks", points=law_repair_sentences(found))
+    return [Section("Verdict", words, [_effects(found)]), _open_questions(found), _law_words(found), repair, formula]
 
 
 def _effects(found: DiscoveryFile) -> Table:

@@ -7,6 +7,7 @@ from mrfit.io.schemas.discovery import Candidate, DiscoveryFile, FoundEffect, Su
 from mrfit.io.schemas.fit import DriftRow
 from mrfit.report.curves import prefixed
 from mrfit.report.formula_words import formula_sentences
+from mrfit.report.law_repair_words import law_repair_sentences
 from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, left_besides, listed
 from mrfit.report.numbers import MISSING_NUMBER, WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
@@ -49,9 +50,9 @@ def effect_words(name: str) -> str:
 def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
     """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained.
 
-    What is said of the law and of a formula comes with it, unless it is said elsewhere.
+    What is said of the law, of its repair and of a formula comes with it, unless it is said elsewhere.
     """
-    beside = [*law_sentences(found), *formula_sentences(found)] if law else []
+    beside = [*law_sentences(found), *law_repair_sentences(found), *formula_sentences(found)] if law else []
     rows = [DriftRow(**d.model_dump()) for d in found.drift]
     drift = [_sentence(drift_words(rows))] if rows else []
     if found.verdict == "insufficient-data":

@@ -25,7 +25,7 @@ class Settings:
     start
         The user's start values.
     formulas
-        Whether a formula is looked for where the verdict is ``unexplained``.
+        Whether a formula, and terms that the law lacks, are looked for where the verdict is ``unexplained``.
     seed
         Of every random choice.
     jobs
@@ -37,6 +37,6 @@ class Settings:
     mass: Mass = ""
     current_order: CurrentOrder = "auto"
     start: Start = ()
-    formulas: Annotated[bool, Setting("Look for a formula where no effect explains the gap.")] = False
+    formulas: Annotated[bool, Setting("Look for a formula, and what the law lacks, if no effect explains it.")] = False
     seed: Seed = 0
     jobs: Jobs = 1

@@ -29,9 +29,10 @@ def workspace(
     drag: float = 0.0,
     gas: float = 0.0,
     bump: float = 0.0,
+    branch: float = 0.0,
     tests: tuple[tuple[float, float], ...] = TESTS,
 ) -> Workspace:
-    """A workspace of sine tests on such a damper, perhaps with a gas force or friction at one place in N."""
+    """A workspace of sine tests on such a damper, perhaps with a gas force, local friction or a Maxwell branch."""
     rng = np.random.default_rng(7)
     made = Workspace(folder)
     records = []
@@ -41,6 +42,8 @@ def workspace(
         x, v, a = stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t), -stroke * omega**2 * np.sin(omega * t)
         total = force(x, v, a, mass, drag) + gas * ((1.0 - x / GAS_COLUMN) ** -1.4 - 1.0)
         total += bump * np.exp(-(((x - 4e-3) / 4e-3) ** 2)) * np.tanh(v / 5e-3)
+        # a Maxwell branch, settled; its time constant is 20 ms
+        total += branch * stroke * omega * np.cos(omega * t - np.arctan(0.02 * omega)) / np.hypot(1.0, 0.02 * omega)
         name = f"{frequency:g}Hz-{1e3 * stroke:g}mm"
         records.append(
             Recording(

@@ -54,12 +54,12 @@ def source(rows: FormulaRows, formula: Formula) -> str:
         f"    inputs=({''.join(f'{c!r}, ' for c in channels)}),",
         "    params=(",
         *(
-            f"        {_param(f, theta * rows.scales['L'].size, unit)},"
+            f"        {strength(f, theta * rows.scales['L'].size, unit)},"
             for f, theta in zip(strengths, formula.theta, strict=True)
         ),
         "    ),",
         f"    neutral=({'0.0, ' * len(strengths)}),",
-        f"    aliases={_aliases(channels, made)!r},",
+        f"    aliases={mistaken_for(channels, made)!r},",
         '    experiment="tests at amplitudes, speeds and currents between those that it was found on, and beyond: it "',
         '    "must keep its strength in all of them",',
         *(["    steady=False,"] if set(used) & set("tT") else []),
@@ -84,7 +84,8 @@ def _signed(text: str) -> str:
     return text if text.startswith("-") else f"+{text}"
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
+    """Return a number as a source has it."""
     text = repr(float(f"{value:.9g}"))
     return f"({text})" if value < 0.0 else text
 
@@ -92,9 +93,9 @@ def _number(value: float) -> str:
 def _scaled(rows: FormulaRows, variable: str) -> str:
     scale = rows.scales[variable]
     if variable == "L":
-        return f"{SCALED['L']} = L / {_number(scale.size)}"
-    low, high = (_number(end) for end in reach(rows, variable))
-    inside = f"({variable} - {_number(scale.origin)}) / {_number(scale.size)}"
+        return f"{SCALED['L']} = L / {number(scale.size)}"
+    low, high = (number(end) for end in reach(rows, variable))
+    inside = f"({variable} - {number(scale.origin)}) / {number(scale.size)}"
     return f"{SCALED[variable]} = np.clip({inside}, {low}, {high})"
 
 
@@ -104,17 +105,18 @@ def _product(rows: FormulaRows, term: Term) -> str:
 
 
 def _expression(f: Factor, mean: float) -> str:
-    text = FACTOR_KINDS[f.kind].expression.format(*(_number(c) for c in f.constants), u=SCALED[f.variable])
-    return f"({text} - {_number(mean)})" if mean else f"({text})"
+    text = FACTOR_KINDS[f.kind].expression.format(*(number(c) for c in f.constants), u=SCALED[f.variable])
+    return f"({text} - {number(mean)})" if mean else f"({text})"
 
 
-def _param(name: str, force: float, unit: str) -> str:
-    bound = _number(max(STANDARD.formula_bound * abs(force), STANDARD.formula_least_bound)).strip("()")
+def strength(name: str, force: float, unit: str) -> str:
+    """Return the parameter of a term, ``f1``, as a source has it, of the force that was found."""
+    bound = number(max(STANDARD.formula_bound * abs(force), STANDARD.formula_least_bound)).strip("()")
     text = f"force of term {name[1:]} at full scale, found {force:.6g}"
     return f'Param("{name}", "{unit}", -{bound}, {bound}, 0.0, text="{text}")'
 
 
-def _aliases(channels: list[str], made: str) -> tuple[str, ...]:
+def mistaken_for(channels: list[str], made: str) -> tuple[str, ...]:
     """Return effects that add to the output what the same channels make: a formula may be mistaken for them."""
     specs = [registry.load("effect", n).SPEC for n in own_names("effect")]
     able = [s for s in specs if made in s.outputs]

@@ -102,7 +102,7 @@ def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = Non
     written = model.split("+")
     effects = [registry.load("effect", e.name) for e in effects_for(output) if e.name not in written]
     try:
-        left = _left(bench, records, exact) if exact else ()
+        left = left_by(bench, records, exact) if exact else ()
         return examine(records, base_of(base.assembly, base.theta, records), effects, exact=left)
     except np.linalg.LinAlgError:
         return LawFindings(not_applicable="the equations of the best law have no solution on these data")
@@ -120,7 +120,7 @@ def not_applicable(output: str, channels: Collection[str]) -> str:
     return f"no {lacking[0]}" if lacking else ""
 
 
-def _left(bench: Bench, records: Sequence[Record], fit: Refit) -> list[Array]:
+def left_by(bench: Bench, records: Sequence[Record], fit: Refit) -> list[Array]:
     """Return the residual of a model for every record, as means over as many samples as the record has them."""
     errors, found = {"train": iter(fit.train), "holdout": iter(fit.holdout)}, []
     for stretch, record in zip(bench.stretches, records, strict=True):

@@ -427,6 +427,42 @@ class ProposedFormula(Row):
     box: tuple[FormulaRange, ...] = ()
 
 
+class LawRepair(Row):
+    """Terms that the law of the base lacks, or why none is known.
+
+    Attributes
+    ----------
+    reason
+        Why none is proposed; empty if some are.
+    titles, coefficients
+        Kinds of the terms in words, and their strengths in SI with 95 % intervals, the constants as they are.
+    alike
+        Kinds of terms that would do as well in place of the first.
+    file, source
+        The terms as a plug-in: its name beside discovery.json, and its text.
+    takes, chance
+        Share of the squared error on conditions left out that the first term takes, and the most that the same terms
+        take which are shifted in time.
+    before, after
+        Errors on held-out conditions over the output's range, of the base and with the terms; None without any.
+    other_law, other_error
+        Base that leaves least there, and its error; None where none was fitted.
+    """
+
+    reason: str = ""
+    titles: tuple[str, ...] = ()
+    coefficients: tuple[EffectParameter, ...] = ()
+    alike: tuple[str, ...] = ()
+    file: str = ""
+    source: str = ""
+    takes: float = 0.0
+    chance: float = 0.0
+    before: float | None = None
+    after: float | None = None
+    other_law: str = ""
+    other_error: float | None = None
+
+
 class DiscoveryFile(Stored):
     """Content of discovery.json, the result of a discovery."""
 
@@ -454,6 +490,7 @@ class DiscoveryFile(Stored):
     other_laws: tuple[OtherLaw, ...] = ()
     other_base: OtherBase | None = None
     proposed: ProposedFormula | None = None
+    lacking: LawRepair | None = None
     augmented_model: str
     held: tuple[tuple[str, float], ...] = ()
     segments: tuple[SegmentFloor, ...] = ()
