@@ -1,6 +1,9 @@
-"""Fit a model to recordings in memory; the result, saved and read again."""
+"""Fit a model to recordings in memory; the result, saved and read again.
 
-from collections.abc import Iterable, Sequence
+Export of a fit in memory, as ``mrfit export`` does.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,17 +19,20 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import Caution, PrintableResult, errors_of, frame_of, parameters_of
 from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch, runs, source_of
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.extrapolation import together
 from mrfit.fit.files import FitOutput, read_fit_json
-from mrfit.fit.predict import stretch_of
+from mrfit.fit.predict import SegmentPrediction, stretch_of
 from mrfit.fit.proof import check_simulated
 from mrfit.io.bars import Heard, shown
 from mrfit.io.outdated import law_reason
 from mrfit.io.schemas.fit import Fit, FitPreparation, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
+from mrfit.report.source import OutputSeries
 from mrfit.settings.export import Settings as ExportSettings
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
@@ -37,6 +43,51 @@ if TYPE_CHECKING:
 
     from mrfit.export.source import ExportSource
     from mrfit.export.stage import ExportedFiles
+
+
+def source_of_fit(
+    fit: Fit,
+    assembly: Assembly,
+    found: SegmentPrediction | FitOutput | None,
+    logs: Sequence[Recording] = (),
+    condition: str = "",
+    without: Sequence[str] = (),
+) -> ExportSource:
+    """Return the source of a fit in memory, with what it makes of logs where that is at hand.
+
+    Parameters
+    ----------
+    fit, assembly
+        The fit and its model.
+    found
+        Simulated outputs of logs, or of those that were fitted.
+    logs
+        Recordings whose other channels are written too.
+    condition, without
+        The condition whose parameters are exported, and effects that are left out.
+    """
+    if found is None:
+        return source_of(fit, assembly, [], condition, without)
+    by_id = {r.id: r for r in logs}
+    raw = {
+        s.id: {n: v[s.start : s.stop] for n, v in by_id[s.recording].channels.items()}
+        for s in found.blocks.segments
+        if s.recording in by_id
+    }
+    series = drawing.series_of(found.blocks, found.simulated, assembly)
+    stretches = [t for s in series for t in _stretches(s, raw.get(s.segment, {}))]
+    return source_of(fit, assembly, stretches, condition, without)
+
+
+def _stretches(series: OutputSeries, raw: Mapping[str, Array]) -> list[LogStretch]:
+    whole = {n: v for n, v in raw.items() if len(v) == len(series.time)}
+    found = []
+    for run, dt in runs(series.time):
+        inputs = {n: v[run] for n, v in series.inputs.items() if n not in SOURCE_INPUTS}
+        own = {n: v[run] for n, v in whole.items()}
+        measured, simulated = series.measured[run], series.simulated[run]
+        found.append(LogStretch(series.segment, series.condition, series.role, dt, inputs, measured, simulated, own))
+    return found
 
 
 FIT_COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
@@ -242,8 +293,6 @@ class FitResult(PrintableResult):
         without: Sequence[str] = (),
     ) -> "ExportSource":
         """Return the content of an export, with logs, or with those of the fit where they are at hand."""
-        from mrfit.api.exporting import source_of_fit
-
         logs = [] if recordings is None else list(several(recordings))
         found = self.fitted if recordings is None else self.predict(logs).found
         return source_of_fit(self.content, self.assembly, found, logs, condition, without)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import mrfit.settings.export
-from mrfit.cli import console, names
-from mrfit.cli.options import CommandAnswer, Work, options
+from mrfit.cli import console
+from mrfit.cli.options import CommandAnswer, FinishedFit, SetOfCondition, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 
@@ -29,13 +29,11 @@ To = Annotated[
 
 @options()
 def export(
-    fit_name: Annotated[
-        str, typer.Option("--fit", help="Name of a finished fit.", show_default=False, autocompletion=names.fit)
-    ],
+    fit_name: FinishedFit,
     to: To,
     *,
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: export/NAME in the workspace.")] = None,
-    condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
+    condition: SetOfCondition = "",
     without: Annotated[list[str] | None, typer.Option("--without", help="Effect to leave out; repeat.")] = None,
     settings: mrfit.settings.export.Settings,
     work: Work,

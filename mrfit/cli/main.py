@@ -21,16 +21,7 @@ from mrfit.cli.batch import batch
 from mrfit.cli.drift import drift
 from mrfit.cli.export import export
 from mrfit.cli.figure import figure
-from mrfit.cli.options import (
-    Catalog,
-    CommandAnswer,
-    DataSet,
-    Folder,
-    Logs,
-    Only,
-    Work,
-    options,
-)
+from mrfit.cli.options import Catalog, CommandAnswer, DataSet, FinishedFit, Folder, Logs, Only, Work, options
 from mrfit.cli.track import track_parameters
 from mrfit.core.progress import Progress
 from mrfit.settings.shared import Jobs, Resistance
@@ -149,7 +140,7 @@ def fit(
 @options()
 def predict(
     logs: Logs,
-    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", autocompletion=names.fit)],
+    fit_name: FinishedFit,
     settings: Annotated[mrfit.settings.ingest.Settings, Only(("map", "resistance", "pattern"))],
     *,
     save: Annotated[str, typer.Option(help="Keep series and figure as predict/NAME.parquet, or NAME.csv.")] = "",

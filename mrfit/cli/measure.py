@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import CommandAnswer, Only, options
+from mrfit.cli.options import CommandAnswer, Only, ReadLogs, options
 from mrfit.cli.sheet import sheet
 from mrfit.cli.watch import watch
 from mrfit.errors import DataError
@@ -27,14 +26,13 @@ app = typer.Typer(
 app.command()(sheet)
 app.command()(watch)
 
-Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
 Reading = Annotated[ingest.Settings, Only(("map",))]
 
 
 @app.command()
 @options(plugins=False)
 def lag(
-    logs: Logs,
+    logs: ReadLogs,
     command: Annotated[str, typer.Option("--command", help="Channel of the command.", show_default=False)],
     actual: Annotated[str, typer.Option("--actual", help="Channel that follows it.")] = "displacement",
     *,
@@ -76,7 +74,7 @@ def _print_lags(found: "Sequence[CommandLag]", command: str, actual: str) -> Non
 
 @app.command("quasi-static")
 @options(plugins=False)
-def quasi_static(logs: Logs, *, reading: Reading) -> CommandAnswer:
+def quasi_static(logs: ReadLogs, *, reading: Reading) -> CommandAnswer:
     """Read stiffness, friction and work lost off slow cycles of a damper.
 
     Example: mrfit measure quasi-static logs/slow.csv

@@ -79,6 +79,11 @@ Shared = Annotated[
     typer.Option("--shared", help="The scheduler's workers see the same paths as this command: no log is sent."),
 ]
 Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
+ReadLogs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
+FinishedFit = Annotated[
+    str, typer.Option("--fit", help="Name of a finished fit.", show_default=False, autocompletion=names.fit)
+]
+SetOfCondition = Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
 Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
 Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) of your own instead of mrfit's.")]

@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any
 from mrfit.cli import project
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import reusable
+from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import Workspace, plain, to_json
 
 if TYPE_CHECKING:
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
     import mrfit.settings.report
     import mrfit.settings.segment
     from mrfit.cli.config import PipelineFile
+    from mrfit.io.schemas.compare import OptimizersFile
+    from mrfit.io.schemas.discovery import DiscoveryFile
 
 CHANNEL_MAP = "channel-map.toml"
 """The channel map, kept in the workspace, by which its logs were read."""
@@ -111,18 +116,15 @@ def fit(
     fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        before = _settings_of(workspace, settings.fit_name)
+        before = _settings_of(workspace.fit_folder(settings.fit_name) / "fit.json", Fit)
         made = fit_stage.run(workspace, settings, progress)
         notes += _replaced(f"the fit {made.name}", before, made.settings)
         return {**to_json(made), "notes": notes}
 
 
-def _settings_of(workspace: Workspace, name: str) -> dict[str, Any]:
-    """Return the settings of an existing fit; nothing where there is none, or it is damaged."""
-    from mrfit.io.schemas.fit import Fit
-    from mrfit.io.schemas.reading import reusable
-
-    found = reusable(workspace.fit_folder(name) / "fit.json", Fit)
+def _settings_of(path: Path, kind: type[Fit | DiscoveryFile | OptimizersFile]) -> dict[str, Any]:
+    """Return the settings of the result that a command is to replace, empty where there is none."""
+    found = reusable(path, kind)
     return found.settings if found else {}
 
 
@@ -138,23 +140,15 @@ def discover(
 ) -> Summary:
     """Run a discovery and draw its page, after flux and segment with the settings they last had."""
     from mrfit.discover import stage as discover_stage
+    from mrfit.io.schemas.discovery import DiscoveryFile
 
     workspace = Workspace(work)
     discover_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        before = _last_discovery(workspace)
+        before = _settings_of(workspace.root / "discover" / "discovery.json", DiscoveryFile)
         made = _discover(workspace, settings, progress)
         return {**made, "notes": [*notes, *_replaced("the discovery", before, made["settings"])]}
-
-
-def _last_discovery(workspace: Workspace) -> dict[str, Any]:
-    """Return the settings of an existing discovery; nothing where there is none, or it is damaged."""
-    from mrfit.io.schemas.discovery import DiscoveryFile
-    from mrfit.io.schemas.reading import reusable
-
-    found = reusable(workspace.root / "discover" / "discovery.json", DiscoveryFile)
-    return found.settings if found else {}
 
 
 def _discover(workspace: Workspace, settings: mrfit.settings.discover.Settings, progress: Progress) -> Summary:
@@ -194,14 +188,13 @@ def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers
     """Run several optimizers on one model."""
     from mrfit.compare import optimizers as compare_optimizers
     from mrfit.io.schemas.compare import OptimizersFile
-    from mrfit.io.schemas.reading import reusable
 
     compare_optimizers.check(settings)
     with Workspace(work).locked() as workspace:
         notes = _segments_as_before(workspace, None, progress)
-        before = reusable(workspace.root / "compare" / "optimizers.json", OptimizersFile)
+        before = _settings_of(workspace.root / "compare" / "optimizers.json", OptimizersFile)
         made = compare_optimizers.run(workspace, settings, progress)
-        notes += _replaced("the comparison of optimizers", before.settings if before else {}, made.settings)
+        notes += _replaced("the comparison of optimizers", before, made.settings)
         notes += [f"of an earlier comparison, in the table as they were: {', '.join(made.kept)}"] * bool(made.kept)
         return {**to_json(made), "notes": notes}
 
@@ -344,8 +337,6 @@ def remove(work: Path, fits: Sequence[str], dry_run: bool = False) -> Summary:
 def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progress) -> Summary:
     """Write tables, figures and the page."""
     import mrfit.report.stage
-    from mrfit.io.schemas.reading import reusable
-    from mrfit.io.schemas.stages import ReportFile
 
     with Workspace(work).locked() as workspace:
         before = reusable(workspace.report_folder / "report.json", ReportFile)
@@ -393,7 +384,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
             summary[name] = stage(workspace)
         summary["fits"], notes = [], list[str]()
         for settings in fits:
-            before = _settings_of(workspace, settings.fit_name)
+            before = _settings_of(workspace.fit_folder(settings.fit_name) / "fit.json", Fit)
             made = fit_stage.run(workspace, settings, progress)
             notes += _replaced(f"the fit {made.name}", before, made.settings)
             summary["fits"].append(to_json(made))

@@ -8,7 +8,7 @@ import typer
 
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import CommandAnswer, Only, options
+from mrfit.cli.options import CommandAnswer, Only, ReadLogs, options
 from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
@@ -21,7 +21,7 @@ PLOT_FOLDER = Path("mrfit-plot")
 
 @options(plugins=False)
 def plot(
-    logs: Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)],
+    logs: ReadLogs,
     *,
     png: Annotated[bool, typer.Option("--png", help="Also a PNG of every log.")] = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for signals.html.")] = PLOT_FOLDER,

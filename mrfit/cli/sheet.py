@@ -8,7 +8,7 @@ import typer
 import mrfit.settings.sheet
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
-from mrfit.cli.options import CommandAnswer, Only, options
+from mrfit.cli.options import CommandAnswer, Only, ReadLogs, options
 from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress
 from mrfit.settings import ingest
@@ -21,12 +21,11 @@ if TYPE_CHECKING:
 SHEET_FOLDER = Path("mrfit-sheet")
 UNITS_LISTED, ROWS_LISTED, CONDITIONS_IN_FULL = 6, 24, 2
 """Units and rows that the terminal lists, and conditions of which it shows every quantity; all are in the files."""
-Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
 
 
 @options(plugins=False)
 def sheet(
-    logs: Logs,
+    logs: ReadLogs,
     settings: mrfit.settings.sheet.Settings,
     *,
     against: Annotated[

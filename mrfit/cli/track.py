@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrfit.cli import console, names
-from mrfit.cli.options import CommandAnswer, Only, Work, options
+from mrfit.cli import console
+from mrfit.cli.options import CommandAnswer, FinishedFit, Only, SetOfCondition, Work, options
 from mrfit.settings import ingest
 
 if TYPE_CHECKING:
@@ -16,12 +16,10 @@ if TYPE_CHECKING:
 @options()
 def track_parameters(
     logs: Annotated[list[Path], typer.Argument(help="Logs with inputs and output of the model.", show_default=False)],
-    fit_name: Annotated[
-        str, typer.Option("--fit", help="Name of a finished fit.", show_default=False, autocompletion=names.fit)
-    ],
+    fit_name: FinishedFit,
     track: Annotated[str, typer.Option("--track", help="Parameters, by commas.", show_default=False)],
     *,
-    condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
+    condition: SetOfCondition = "",
     reading: Annotated[ingest.Settings, Only(("map",))],
     work: Work,
 ) -> CommandAnswer:

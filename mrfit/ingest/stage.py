@@ -1,4 +1,7 @@
-"""The ingest stage: log files to recordings in the workspace."""
+"""The ingest stage: log files to recordings in the workspace.
+
+Logs that hold the same bytes under several names: one log, unless name or settings make another test of it.
+"""
 
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,19 +19,66 @@ from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.dispatch import expand, look, part_of
-from mrfit.ingest.duplicates import part_duplicates
 from mrfit.ingest.elsewhere import outcomes
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.low_pass import checked
 from mrfit.ingest.manifest import Manifest
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
-from mrfit.ingest.meaning.conditions import condition_words, name_expression
+from mrfit.ingest.meaning.conditions import condition_words, from_name, name_expression
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, look_into
 from mrfit.ingest.refusal import Refusal, TransientRefusal
 from mrfit.io.keys import code_version, file_digest, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
 from mrfit.io.workspace import Workspace, recording_id, write_json
 from mrfit.settings.ingest import Settings as Settings
+
+# Items to read, each with the key of all that determines its recordings
+ReadingPlan = Sequence[tuple[LogItem, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Log:
+    """A log with the key of all that determines its recordings, and its rules where this call gives them."""
+
+    source: str
+    key: str | None
+    rules: Rules | None = None
+
+
+def part_duplicates(
+    plan: Sequence[tuple[LogItem, str]], before: Manifest
+) -> tuple[list[Copy], list[tuple[LogItem, str]]]:
+    """Return the logs that hold the bytes of another one, of this call or in the workspace, and the items to read.
+
+    Of a copy are said ``source``, ``of``, and whether it is ``read`` all the same, because its name states another
+    condition or it is read with other settings.
+    """
+    logs: dict[str, list[_Log]] = {}
+    here = {before.source(item) for item, _ in plan}
+    for row in before.summary.recordings:
+        if row.source not in here:
+            logs.setdefault(row.sha256, []).append(_Log(row.source, before.keys.get(row.source)))
+    copies, changed = [], set()
+    # what the workspace knows already stays the one that is read
+    for item, key in sorted(plan, key=lambda pair: not before.ids(before.source(pair[0]))):
+        log, others = _Log(before.source(item), key, item.rules), logs.setdefault(item.sha256, [])
+        same = next((o for o in others if _same_test(log, o, item.rules)), None)
+        if others:
+            copies.append(Copy(source=log.source, of=(same or others[0]).source, read=same is None))
+        if same is None:
+            others.append(log)
+        if before.keys.get(log.source) != key:
+            changed.add(log.source)
+    copies += [c for c in before.copies if c.source not in here and c.of not in changed]
+    dropped = {c.source for c in copies if not c.read}
+    copies.sort(key=lambda c: c.source)
+    return copies, [(item, key) for item, key in plan if before.source(item) not in dropped]
+
+
+def _same_test(log: _Log, other: _Log, rules: Rules) -> bool:
+    alike = log.key == other.key or (other.rules and replace(other.rules, where="") == replace(rules, where=""))
+    names = [from_name(Path(o.source).stem, rules.pattern) if rules.pattern else {} for o in (log, other)]
+    return bool(alike) and names[0] == names[1]
 
 
 def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> IngestFile:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from mrfit.core.recording import Recording
-from mrfit.ingest.duplicates import part_duplicates
 from mrfit.ingest.manifest import Manifest
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import LogItem
 from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.stage import part_duplicates
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
 from mrfit.io.workspace import Workspace, write_json
 

@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 from mrfit.core.channels import unit_of
 from mrfit.io.schemas.band import Refits, Remainder
 from mrfit.io.schemas.determined import State, state_of
-from mrfit.io.schemas.reading import Document, Entry, Number, of_json, told
+from mrfit.io.schemas.reading import Document, Entry, Number, of_json, sparse, told
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
@@ -335,18 +335,12 @@ class FitDiagnostics(Entry):
     drift: list[DriftRow] = field(default_factory=list)
     repeats: list[Repeats] = field(default_factory=list)
     residual_tests: list[ResidualTest] = field(default_factory=list)
-    profiles: list[Profile] = field(default_factory=list)
-    bands: list[Band] = field(default_factory=list)
-    covariance: Covariance | None = None
-    draws: Refits | None = None
-    refits: Refits | None = None
-    remainders: list[Remainder] = field(default_factory=list)
-
-    @property
-    def absent(self) -> Collection[str]:
-        """Profiles, bands, covariance, draws, refits and remainders where there are none."""
-        names = ("profiles", "bands", "covariance", "draws", "refits", "remainders")
-        return [name for name in names if not getattr(self, name)]
+    profiles: list[Profile] = sparse(list)
+    bands: list[Band] = sparse(list)
+    covariance: Covariance | None = sparse(None)
+    draws: Refits | None = sparse(None)
+    refits: Refits | None = sparse(None)
+    remainders: list[Remainder] = sparse(list)
 
 
 class FittedConditions(Entry):
@@ -495,8 +489,8 @@ class Fit(Document):
     key: str = ""
     code: str = ""
     data_sha256: str = ""
-    segments_sha256: str = ""
-    law: dict[str, str] = field(default_factory=dict)
+    segments_sha256: str = sparse("")
+    law: dict[str, str] = sparse(dict)
     versions: dict[str, str] = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)
     current_dependence: FitDependence | None = None
@@ -511,11 +505,6 @@ class Fit(Document):
     warnings: list[Caution] = field(default_factory=list)
     skipped: bool = told(False)
     outdated: list[str] = told(list)
-
-    @property
-    def absent(self) -> Collection[str]:
-        """Hashes of an older fit, which it does not state."""
-        return [name for name in ("segments_sha256", "law") if not getattr(self, name)]
 
     @field_validator("settings")
     @classmethod

@@ -59,8 +59,8 @@ class Entry:
 
     def written(self, told: bool = False) -> list[str]:
         """Return the fields that its file has; those besides that a command tells, where ``told``."""
-        absent = self.absent
-        return [f.name for f in fields(self) if f.name not in absent and (told or not f.metadata.get("told"))]
+        kept = [f for f in fields(self) if not f.metadata.get("sparse") or getattr(self, f.name)]
+        return [f.name for f in kept if f.name not in self.absent and (told or not f.metadata.get("told"))]
 
 
 def plain(value: object) -> Any:
@@ -94,8 +94,17 @@ class Document(Entry):
 
 def told(default: Any) -> Any:
     """Return a field that a command tells of a run and no file holds; a function gives a default of its own to each."""
+    return _field(default, "told")
+
+
+def sparse(default: Any) -> Any:
+    """Return a field that JSON leaves out where it holds nothing; a function gives a default of its own to each."""
+    return _field(default, "sparse")
+
+
+def _field(default: Any, mark: str) -> Any:
     made: dict[str, Any] = {"default_factory": default} if callable(default) else {"default": default}
-    return field(**made, metadata={"told": True})
+    return field(**made, metadata={mark: True})
 
 
 # A number that is written as it was given: 1 and 1.0 stay what they are

@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, model_validator
 import mrfit.settings.flux
 import mrfit.settings.segment
 from mrfit.core.recording import Recording
-from mrfit.io.schemas.reading import Document, Entry, told
+from mrfit.io.schemas.reading import Document, Entry, sparse, told
 
 RECORDING = "mrfit/recording/1"
 # Ids name files and are never paths
@@ -74,12 +74,7 @@ class Refused(Entry):
     source: str
     reason: str
     remedy: str
-    kept: bool = False
-
-    @property
-    def absent(self) -> Collection[str]:
-        """``kept`` where it is not so."""
-        return () if self.kept else ("kept",)
+    kept: bool = sparse(False)
 
 
 class Copy(Entry):
@@ -115,17 +110,12 @@ class IngestFile(Document):
     files: dict[str, str] = field(default_factory=dict)
     key: str = ""
     code: str | None = None
-    base: str | None = None
+    base: str | None = sparse(None)
     skipped: bool = told(False)
     added: list[str] = told(list)
     replaced: list[str] = told(list)
     unchanged: list[str] = told(list)
     reasons: dict[str, str] = told(dict)
-
-    @property
-    def absent(self) -> Collection[str]:
-        """``base`` where there is none."""
-        return ("base",) if self.base is None else ()
 
 
 class FluxSettings(mrfit.settings.flux.Settings, Entry):

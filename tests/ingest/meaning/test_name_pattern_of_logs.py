@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrfit.ingest.meaning.conditions import from_name
-from mrfit.ingest.meaning.name_pattern import pattern_of
+from mrfit.ingest.suggestion import pattern_of
 
 
 @pytest.mark.parametrize(
