@@ -12,10 +12,9 @@ from mrfit.advise.specimen import rows_of
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array
 from mrfit.report.figures import LOOPS, PALETTE
-from mrfit.report.svg import import_matplotlib, style, to_svg
+from mrfit.report.svg import Axes, import_matplotlib, style, to_svg
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LOOPS_WIDTH, HEIGHT, PNG_DOTS = 10.0, 4.6, 120

@@ -4,7 +4,6 @@ Figures of a batch: how every parameter is distributed, and how it goes over the
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +16,7 @@ from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULAT
 from mrfit.report.numbers import in_html, natural, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import import_matplotlib, inline, style, to_svg
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from mrfit.report.svg import Axes, import_matplotlib, inline, style, to_svg
 
 BINS = 40
 # Places along the logs at which median and quantiles are drawn, however many logs there are

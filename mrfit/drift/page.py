@@ -1,7 +1,6 @@
 """The page of a comparison of fits: drifts, units that stand out, ranges of all units, and a figure of every trend."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
@@ -14,10 +13,7 @@ from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULAT
 from mrfit.report.numbers import in_html, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import import_matplotlib, inline, style, to_svg
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from mrfit.report.svg import Axes, import_matplotlib, inline, style, to_svg
 
 PANELS_DRAWN, PANELS_ACROSS = 60, 2
 LINES_OF_UNITS = 12

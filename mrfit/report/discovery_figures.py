@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,11 +25,7 @@ from mrfit.report.figures import (
     scale_of,
 )
 from mrfit.report.numbers import in_html, percent, significant
-from mrfit.report.svg import style, to_svg
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
+from mrfit.report.svg import Axes, Canvas, style, to_svg
 
 BEFORE, AFTER, BAND_COLOUR = SIMULATED, HOLDOUT, "#fde68a"
 CELLS = 48

@@ -20,11 +20,9 @@ from mrfit.report.curves import decimate, family, limits, prefixed, sheets, show
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import OutputSeries
-from mrfit.report.svg import style, to_svg
+from mrfit.report.svg import Axes, Canvas, style, to_svg
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
     from matplotlib.lines import Line2D
 
 MEASURED, SIMULATED, QUIET = "#8a99a8", "#c2410c", "#94a3b8"

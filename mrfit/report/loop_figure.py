@@ -28,10 +28,9 @@ from mrfit.report.paper import (
     panels,
 )
 from mrfit.report.source import OutputSeries
+from mrfit.report.svg import Axes, Canvas
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
     from matplotlib.lines import Line2D
 
 LOOP_DOTS = 96

@@ -5,7 +5,6 @@ Draws of the posterior of a fit: every parameter, and every two of them over eac
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +18,7 @@ from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import has_profiles, profiles
 from mrfit.report.source import OutputSeries
-from mrfit.report.svg import to_svg
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
+from mrfit.report.svg import Canvas, to_svg
 
 MOST_OF_CORNER = 8
 """Parameters that are drawn."""

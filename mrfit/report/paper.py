@@ -18,10 +18,9 @@ from mrfit.report.curves import limits
 from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, plain_log
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import OutputSeries
+from mrfit.report.svg import Axes, Canvas
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
     from matplotlib.lines import Line2D
 
 PRINT: dict[str, Any] = {

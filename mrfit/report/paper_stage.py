@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError, DataError, near
@@ -19,11 +19,8 @@ from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
 from mrfit.report.source import OutputSeries, read_source
-from mrfit.report.svg import style, to_svg
+from mrfit.report.svg import Canvas, style, to_svg
 from mrfit.settings.figure import FIGURE_KINDS, Settings
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 INCHES = {"mm": 1.0 / 25.4, "cm": 1.0 / 2.54, "in": 1.0, "pt": 1.0 / 72.0}
 FIGURE_FORMATS = ("pdf", "svg", "png")

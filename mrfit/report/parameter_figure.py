@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,8 @@ from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Band, Fit, Quantity, Result
 from mrfit.report.numbers import unit_html
 from mrfit.report.paper import COLOURS, DASHES, panels
+from mrfit.report.svg import Axes, Canvas
 from mrfit.simulate.current_dependence import base_name, node_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 UNITS = {"current": "A", "temperature": "°C", "frequency": "Hz", "amplitude": "SI"}
 PANELS_MAX = 12

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -12,11 +11,8 @@ from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit, Profile, Quantity
 from mrfit.report.numbers import unit_html
 from mrfit.report.paper import COLOURS, DASHES, MOST_PANELS, NARROW_WIDTH, panels
+from mrfit.report.svg import Axes, Canvas
 from mrfit.simulate.current_dependence import base_name
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 PROFILE_POINTS = 120
 TALLEST = 2.2

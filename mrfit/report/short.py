@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from mrfit.core.counting import number_of
 from mrfit.core.recording import Segment
@@ -21,12 +21,9 @@ from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.ranking import best
 from mrfit.report.sections import template_of
 from mrfit.report.source import ReportSource
-from mrfit.report.svg import inline, style, to_svg
+from mrfit.report.svg import Canvas, inline, style, to_svg
 from mrfit.report.verdict import GroupedWarning, cautions, verdict
 from mrfit.simulate.current_dependence import base_name
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 SHORT_TEMPLATE = Path(__file__).with_name("short.html.jinja")
 SHORT_WIDTH = 186.0 / 25.4

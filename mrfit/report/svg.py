@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 from mrfit.io.escapes import visible_in_page
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
     from matplotlib.figure import Figure
+
+    Canvas = Figure
+else:
+    # annotations name them, and importing matplotlib takes long
+    Axes = Canvas = Any
 
 SVG_STYLE: dict[Any, Any] = {
     "svg.hashsalt": "mrfit",

@@ -1,7 +1,7 @@
 """Figures of a test sheet, the same on the page and on the printed sheet: loops, peak forces, history over cycles."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,10 +10,8 @@ from mrfit.io.schemas.sheet import SheetCondition, UnitRow, VerdictRow
 from mrfit.report.curves import prefixed, simplified
 from mrfit.report.figures import PALETTE, QUIET
 from mrfit.report.numbers import natural
+from mrfit.report.svg import Axes
 from mrfit.sheet.measured import CycleCourse, MeanLoop
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 COLOUR_MAP, LIGHTEST_SHADE = "viridis", 0.82
 LEGEND_MAX = 8

@@ -1,12 +1,11 @@
 """The page of a test sheet: one HTML file that opens offline, needs no scripts and prints on A4."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import import_matplotlib, inline, style, to_svg
+from mrfit.report.svg import Axes, import_matplotlib, inline, style, to_svg
 from mrfit.sheet import figures
 from mrfit.sheet.compute import SheetContent
 from mrfit.sheet.tables import (
@@ -20,9 +19,6 @@ from mrfit.sheet.tables import (
     verdict_table,
 )
 from mrfit.sheet.words import notes_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 PANELS_WIDTH, PANELS_HEIGHT = 10.0, 3.4
 """Inches of a figure of two panels."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,14 +23,11 @@ from mrfit.report.key import REPORT_TEMPLATE
 from mrfit.report.picture import Picture
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import style
+from mrfit.report.svg import Axes, style
 from mrfit.segment import stage as segment_stage
 from mrfit.settings.segment import Settings as SegmentSettings
 from mrfit.sheet.page import drawn
 from mrfit.signal.savitzky_golay import WINDOW_MIN, Smoother
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SERIES_POINTS, FEWEST_POINTS, ALL_POINTS = 4000, 400, 200_000
 """Points of a series on the page, of a series of many logs at least, and of all series about."""
