@@ -20,7 +20,7 @@ BOUNDARY = {
     "mrfit.io.schemas.discovery",  # discovery.json, written and read
     "mrfit.api.comparison",  # Comparison.to_json, OptimizerComparison.to_json
     "mrfit.api.options",  # keyword arguments of the public functions
-    "mrfit.cli.config",  # pipeline files, TOML
+    "mrfit.io.toml_file",  # pipeline files, TOML
     "mrfit.cli.project",  # the project file, TOML, as click takes it
     "mrfit.cli.catalog",  # the catalog of data sets, TOML, and its answer in JSON
     "mrfit.cli.pipeline",  # what --json prints
