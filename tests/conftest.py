@@ -22,10 +22,6 @@ Run = Callable[..., "subprocess.CompletedProcess[str]"]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Commands keep what Python compiles of mrfit, as a user's do, also where this process is told to keep none
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-# mrfit names the folder of its kernels as it is imported: later, no command would start in the same environment
-import mrfit.kernels.jit  # noqa: E402, F401
-
-commands.AROUND.update(os.environ)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_thread() is threading.main_thread():
     # a shell starts jobs in the background deaf to Ctrl-C, and so would be the commands that tests interrupt
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -40,6 +36,16 @@ LONGEST = (
 
 The first compiles the kernels of a fit. The next three need none, lest a second process compile them meanwhile.
 """
+
+
+def pytest_sessionstart() -> None:
+    """Keep the environment of all tests, in which mrfit names the folder of its kernels as it is imported.
+
+    Not as this file is imported: processes of tests, whose memory is measured, import it too.
+    """
+    import mrfit.kernels.jit  # noqa: F401
+
+    commands.AROUND.update(os.environ)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
