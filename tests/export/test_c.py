@@ -396,6 +396,49 @@ def response(drive, theta, dt):
             then = here
     return out
 """
+WITH_WORDS = """
+import math
+from mrfit.core.specs import ModelSpec, Param
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.jit import inlined
+from mrfit.kernels.past import late
+
+SPEC = ModelSpec(
+    name="my-words", title="Names of C, of the printer and of the exported model", equation="none", reference="none",
+    inputs=("displacement", "velocity"), output="force",
+    params=(
+        Param("curve", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "damping"),
+        Param("first", "N", 1.0, 1e6, 300.0, "log", "yield", "friction"),
+        Param("dt", "1/m", 10.0, 1e6, 2000.0, "log", text="inverse of the travel"),
+    ),
+)
+LATE = 1
+
+def longest(theta):
+    return 0.004
+
+def rest(now, theta):
+    return now[1], 0.0, 0.0
+
+@inlined
+def turned(log, exp, my_words_real):
+    if exp == 0.0:
+        return log
+    done = math.copysign(1.0, exp)
+    return done + math.exp(-my_words_real * abs(exp)) * (log - done)
+
+def step(state, before, now, theta, dt, past):
+    signals, before_displacement, time = state
+    then, (output, y, kept_1) = theta
+    done = 0.5 * (then[2] + kept_1)
+    result = turned(before_displacement, now[0] - before[0], done)
+    if result > 0.5:
+        return output * late(past, 0, 0.004, dt, now[1]) + y * result, (now[1], result, time + 0.1)
+    s = output * now[1] + math.log(1.0 + abs(signals) + time)
+    return s + y * result, (now[1], result, 0.5 * time)
+
+response = response_of(SPEC, rest, step, LATE)
+"""
 SPRING = """
 from mrfit.core.specs import EffectSpec, Param
 
@@ -421,10 +464,10 @@ def used(folder: Path, monkeypatch: pytest.MonkeyPatch, **files: str) -> None:
 
 def test_plug_ins_are_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(STRENGTH, "my-spring", (4e8,))
-    used(tmp_path, monkeypatch, mine=PLUGIN, dahl=WITH_STATE, spring=SPRING)
+    used(tmp_path, monkeypatch, mine=PLUGIN, dahl=WITH_STATE, words=WITH_WORDS, spring=SPRING)
     depending = CurrentDependence((("rho", 1), ("fy", 1)), 0.2, 1.4)
     agrees(rig("my-damper+asymmetry+gas-spring+my-spring"), jitter=False)
-    for source in (rig("my-dahl+asymmetry"), rig("my-dahl", depending)):
+    for source in (rig("my-words+asymmetry"), rig("my-dahl+asymmetry"), rig("my-dahl", depending)):
         agrees(source)
     # comments of the functions stay
     parts = parts_of(source)

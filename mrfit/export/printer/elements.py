@@ -5,18 +5,18 @@ element remembers, ``f`` the factors on parameters, ``y`` the output so far, and
 """
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from mrfit.core.channels import LEVEL_CHANNELS
 from mrfit.core.protocols import HasCurve, MovesDrive
-from mrfit.core.specs import EffectSpec, ModelSpec
+from mrfit.core.specs import EffectSpec, ModelSpec, Param
 from mrfit.export.printer import ir
 from mrfit.export.printer.entry_point import EntryPoint
 from mrfit.export.printer.functions import python_of, unpacked
 from mrfit.export.printer.reading import ProgramReader
-from mrfit.export.printer.shaping import shape
+from mrfit.export.printer.shaping import names_of, shape
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
@@ -153,6 +153,10 @@ class _Writer:
         names = [*(["output"] if self.slot == "output" else []), *map(field_name, self.inputs)]
         return [self.sight.remembered("time" if n == "time" else f"before_{n}") for n in names]
 
+    def then(self, parameter: Param) -> ir.Member:
+        """Return the place of a parameter at the step's beginning."""
+        return self.sight.remembered(f"then_{field_name(parameter.name)}")
+
     def arguments(self) -> list[ir.Argument]:
         """Return all that an element may be given."""
         sight = self.sight
@@ -227,7 +231,7 @@ class _Writer:
         names = self.state_names(step_of, rest_of)
         state = group([sight.remembered(n) for n in names])
         now, before = group(self.now()), group(list(self.before()))
-        then = group([sight.remembered(f"then_{field_name(p.name)}") for p in self.spec.params])
+        then = group([*map(self.then, self.spec.params)])
         then = then if sight.varying else self.here
         kept: list[tuple[ir.Place, ir.Expression]] = [*zip(self.before(), self.now(), strict=True)]
         if sight.varying:
@@ -291,16 +295,17 @@ class _Writer:
         longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", entry)
         return ir.Call(longest.name, tuple(ir.Name(a.name, a.kind) for a in longest.arguments), ir.REAL, True)
 
-    def pushing(self, signals: Sequence[ir.Expression]) -> tuple[ir.Block, ir.If]:
-        """Return the first sample of signals of a past, and the one behind every step."""
+    def pushing(self, signals: Sequence[ir.Expression], taken: Collection[str] = ()) -> tuple[ir.Block, ir.If]:
+        """Return the first sample of signals of a past, and the one behind every step, beside names that are taken."""
+        name = ir.unused("signals", taken)
         kind = ir.Kind("array", (), (len(signals),))
         # nearer samples share a place, so that there are enough of them at any rate
         places = ir.Cast(ir.Literal("@RING", ir.INT), ir.REAL) - ir.Literal("4.0", ir.REAL)
         least = self.longest() / places
 
         def push(dt: ir.Expression, least: ir.Expression) -> tuple[ir.Statement, ...]:
-            call = self.called(pushed, self.past, ir.Name("signals", kind), dt, least)
-            return (ir.Declare("signals", kind, ir.Values(tuple(signals), kind), True), ir.CallStatement(call, ()))
+            call = self.called(pushed, self.past, ir.Name(name, kind), dt, least)
+            return (ir.Declare(name, kind, ir.Values(tuple(signals), kind), True), ir.CallStatement(call, ()))
 
         begin = push(ir.Literal("0.0", ir.REAL), ir.Literal("0.0", ir.REAL))
         more = (*push(ir.Name("dt"), least), ir.CallStatement(self.called(rebased, self.past), ()))
@@ -334,14 +339,16 @@ class _Writer:
 
     def remember(self, step: ir.Function, rest: ir.Function, signals: Sequence[ir.Expression]) -> None:
         """Let an element push what it needs late: at rest its first sample, and one behind every step."""
-        begin, moved = self.pushing(signals)
+        taken = names_of(step) | names_of(rest)
+        begin, moved = self.pushing(signals, taken)
         rest.body = (*rest.body, *begin)
         body, last = list(step.body), list[ir.Statement]()
         if isinstance(body[-1], ir.Return):
             # the output may be read from the past, which moves on now
             value = body.pop().value  # type: ignore[union-attr]
-            body.append(ir.Declare("output", ir.REAL, value, True))
-            last = [ir.Return(ir.Name("output"))]
+            output = ir.Name(ir.unused("output", taken))
+            body.append(ir.Declare(output.name, ir.REAL, value, True))
+            last = [ir.Return(output)]
         step.body = (*body, moved, *last)
 
     def state_names(self, step: Callable[..., Any], rest: Callable[..., Any]) -> list[str]:
@@ -350,7 +357,10 @@ class _Writer:
         assert function is not None
         names = unpacked(function, next(iter(inspect.signature(function).parameters)))
         if names:
-            return [field_name(n) for n in names]
+            # its own fields beside those that every element may have
+            places = [*self.before(), *map(self.then, self.spec.params)]
+            taken = {"past", "time", *(p.name for p in places if isinstance(p, ir.Member))}
+            return [ir.unused(field_name(n), taken) for n in names]
         at_rest = rest((1.0,) * len(self.now()), tuple(p.start for p in self.spec.params))
         return [f"state_{k}" for k in range(len(at_rest))]
 

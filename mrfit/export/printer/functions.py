@@ -47,6 +47,16 @@ SMALL = {
 }
 
 
+# Names that no variable has: what C and MATLAB call or define, their own words, and what the printer calls its own
+WORDS = frozenset(
+    (
+        *(name for own in (ONE, TWO, SMALL) for name in own.values()),
+        *(f"{name.upper()}_" for own in (ONE, TWO) for name in own.values()),
+        *"square fewer more HUGE_VAL INFINITY NAN M_PI M_PI_2 M_PI_4 M_E M_LN2 M_LN10 M_SQRT2 value_".split(),
+        *"break case catch classdef continue else elseif end for function global if otherwise parfor".split(),
+        *"persistent return spmd switch try while abs max min power sign fix mod rem pow2 zeros".split(),
+    )
+)
 KNOWN = frozenset((*ONE, *TWO, *SMALL, "where", "row"))
 
 

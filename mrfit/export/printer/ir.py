@@ -3,7 +3,7 @@
 Operators on expressions of real numbers make expressions: ``a + b`` is the sum, ``a <= b`` the comparison.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TypeAlias, TypeVar, cast
 
@@ -333,6 +333,13 @@ def names_in(node: object) -> list[str]:
     return found
 
 
+def unused(name: str, taken: Collection[str]) -> str:
+    """Return a name, with underscores behind it where another variable has it."""
+    while name in taken:
+        name += "_"
+    return name
+
+
 def blocks_of(statement: Statement) -> Sequence[Block]:
     """Return the blocks inside a statement."""
     if isinstance(statement, If):
@@ -350,13 +357,19 @@ def with_blocks(statement: Statement, blocks: Sequence[Block]) -> Statement:
 Part = TypeVar("Part")
 
 
-def renamed(node: Part, names: Mapping[str, str]) -> Part:
-    """Return a node in which functions have other names."""
+def declared_in(function: Function) -> set[str]:
+    """Return the names of a function's arguments, outputs and variables, not those of constants that it reads."""
+    own = {p.name for p in parts(function.body) if isinstance(p, Declare | For)}
+    return own.union(a.name for a in (*function.arguments, *function.outputs))
+
+
+def renamed(node: Part, names: Mapping[str, str], kind: type[Call] | type[Name]) -> Part:
+    """Return a node in which functions, or variables, have other names."""
     if isinstance(node, tuple):
-        return cast(Part, tuple(renamed(item, names) for item in node))
+        return cast(Part, tuple(renamed(item, names, kind) for item in node))
     if isinstance(node, Kind) or not is_dataclass(node):
         return node
-    changed = {one.name: renamed(getattr(node, one.name), names) for one in fields(node)}
-    if isinstance(node, Call) and node.own:
+    changed = {one.name: renamed(getattr(node, one.name), names, kind) for one in fields(node)}
+    if isinstance(node, kind) and (isinstance(node, Name) or node.own):
         changed["name"] = names.get(node.name, node.name)
     return replace(node, **changed)  # type: ignore[type-var]

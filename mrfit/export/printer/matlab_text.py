@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from mrfit.export.printer import ir
+from mrfit.export.printer import ir, shaping
 from mrfit.export.text import ascii_line
 
 INDENT = "    "
@@ -11,11 +11,6 @@ CALLED = {
     **{"fabs": "abs", "copysign": "copy_sign", "pow": "power", "fmod": "rem", "trunc": "fix", "exp2": "pow2"},
     **{"smaller": "min", "larger": "max", "fewer": "min", "more": "max", "sign_of": "sign"},
 }
-# Names that no variable may have: words of the language, and functions that are called
-TAKEN = frozenset(
-    "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return spmd "
-    "switch try while abs max min power sign exp log sqrt floor fix mod rem tanh zeros".split()
-)
 _SIGNS = {"and": "&&", "or": "||", "!=": "~="}
 
 
@@ -24,14 +19,9 @@ def matlab_text(program: ir.Program) -> str:
     return "\n".join(MatlabPrinter(program, function).whole() for function in program.functions.values())
 
 
-def named(name: str) -> str:
-    """Return a variable's name."""
-    return f"{name}_" if name in TAKEN else name
-
-
 def results(function: ir.Function) -> list[str]:
     """Return the names of a function's outputs behind what it returns."""
-    return [named(a.name) for a in (*function.arguments, *function.outputs) if a.changed]
+    return [a.name for a in (*function.arguments, *function.outputs) if a.changed]
 
 
 class MatlabPrinter:
@@ -40,13 +30,13 @@ class MatlabPrinter:
     def __init__(self, program: ir.Program, function: ir.Function) -> None:
         self.program, self.function = program, function
         self.lines: list[str] = []
-        self.depth, self.temporaries = 0, 0
+        self.depth, self.taken = 0, shaping.names_of(function)
 
     def whole(self) -> str:
         """Return the definition."""
         f = self.function
         outputs = [*(["value_"] if f.result != ir.NOTHING else []), *results(f)]
-        arguments = ", ".join(named(a.name) for a in f.arguments)
+        arguments = ", ".join(a.name for a in f.arguments)
         self.lines = [f"function [{', '.join(outputs)}] = {f.name}({arguments})"]
         self.remark(f.title)
         self.depth = 1
@@ -80,7 +70,7 @@ class MatlabPrinter:
         elif isinstance(statement, ir.Assign):
             self.set(self.value(statement.target), statement.value)
         elif isinstance(statement, ir.CallStatement):
-            self.run(statement.call, [named(t.name) for t in statement.targets], "")
+            self.run(statement.call, [t.name for t in statement.targets], "")
         elif isinstance(statement, ir.If):
             self.say(f"if {self.condition(statement.condition)}")
             self.block(statement.then, 1)
@@ -91,7 +81,7 @@ class MatlabPrinter:
         elif isinstance(statement, ir.For):
             first, last = self.value(statement.start), self.value(statement.stop)
             ends = f"{first}:-1:{last} + 1" if statement.down else f"{first}:{last} - 1"
-            self.say(f"for {named(statement.name)} = {ends}")
+            self.say(f"for {statement.name} = {ends}")
             self.block(statement.body, 1)
             self.say("end")
         elif isinstance(statement, ir.While):
@@ -110,7 +100,7 @@ class MatlabPrinter:
 
     def declared(self, statement: ir.Declare) -> None:
         """Add a declaration, which is an assignment where there is a value."""
-        name, kind = named(statement.name), statement.kind
+        name, kind = statement.name, statement.kind
         if kind.name == "array":
             assert isinstance(statement.value, ir.Values)
             rows, columns = (1, *kind.extents) if len(kind.extents) == 1 else kind.extents
@@ -164,14 +154,16 @@ class MatlabPrinter:
             return "Inf" if value.text == "inf" else value.text
         if isinstance(value, ir.Name):
             constant = self.program.constants.get(value.name)
-            return self.operand(constant.value) if constant else named(value.name)
+            return self.operand(constant.value) if constant else value.name
         if isinstance(value, ir.Member):
             return f"{self.value(value.value)}.{value.name}"
         if isinstance(value, ir.Subscript):
             return self.item(value)
         if isinstance(value, ir.Conditional):
-            self.temporaries += 1
-            name = f"chosen_{self.temporaries}"
+            name = "chosen_1"
+            while name in self.taken:
+                name = f"chosen_{int(name.rpartition('_')[2]) + 1}"
+            self.taken.add(name)
             self.set(name, value)
             return name
         if isinstance(value, ir.Call):

@@ -5,6 +5,7 @@ import inspect
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from mrfit.errors import DataError
 from mrfit.export.printer import ir, shaping
 from mrfit.export.printer.entry_point import EntryPoint
-from mrfit.export.printer.functions import ONE, SMALL, TWO, python_of, set_by, unpacked
+from mrfit.export.printer.functions import WORDS, python_of, set_by, unpacked
 from mrfit.export.printer.values import Signature, ValueReader, flat_kinds, group, kind_of, real_kind
 from mrfit.export.text import field as field_name
 
@@ -34,13 +35,11 @@ class ProgramReader:
     """
 
     def __init__(self, reserved: Iterable[str] = (), prefix: str = " ") -> None:
-        self.prefix, self.reserved = prefix, frozenset(reserved)
+        self.prefix, self.reserved = prefix, WORDS.union(reserved)
         self.structs: dict[str, dict[str, ir.Kind]] = {}
         self.program = ir.Program()
         self.signatures: dict[object, Signature] = {}
-        self.taken: dict[str, object] = dict.fromkeys(
-            (*self.reserved, *ONE.values(), *TWO.values(), *SMALL.values(), "square", "fewer", "more")
-        )
+        self.taken: dict[str, object] = dict.fromkeys(self.reserved)
 
     def entry(self, given: Any, name: str, entry: EntryPoint) -> ir.Function:
         """Return a function that the program begins with."""
@@ -73,17 +72,28 @@ class ProgramReader:
         variables = {
             n for f in functions for n in (*ir.names_in(f.body), *(a.name for a in (*f.arguments, *f.outputs)))
         }
-        new = {n: f"{n}_of" for n in variables & set(program.functions)}
+        taken = variables | set(program.functions)
+        new = {n: ir.unused(f"{n}_of", taken) for n in variables & set(program.functions)}
         for name, constant in list(program.constants.items()):
-            users = [f for f in functions if name in ir.names_in(f.body)]
+            users = [f for f in functions if name in ir.names_in(f.body) and name not in ir.declared_in(f)]
             if len(users) == 1:
                 remark = (ir.Remark(constant.remark),) if constant.remark else ()
                 own = ir.Declare(name, constant.kind, constant.value, True)
                 users[0].body = (*remark, own, *users[0].body)
+            elif users and any(name in ir.declared_in(f) for f in functions):
+                other = ir.unused(f"{name}_everywhere", taken)
+                taken.add(other)
+                program.constants[other] = replace(constant, name=other)
+                for user in users:
+                    user.body = ir.renamed(user.body, {name: other}, ir.Name)
+                users = []
             if len(users) < 2:
                 del program.constants[name]
         for function in functions:
-            function.name, function.body = new.get(function.name, function.name), ir.renamed(function.body, new)
+            function.name, function.body = (
+                new.get(function.name, function.name),
+                ir.renamed(function.body, new, ir.Call),
+            )
         known, program.functions = {f.name: f for f in functions}, {}
 
         def add(function: ir.Function) -> None:
@@ -334,7 +344,8 @@ class FunctionReader(ValueReader):
             if self.stored[target.id] == 1 and all(self.fixed(v) or self.single(v) for v in self.flat(value)):
                 self.aliases[target.id], self.known[target.id] = value, value.kind
                 return
-            names = tuple(ir.Name(f"{self.named(target.id)}_{k}", v.kind) for k, v in enumerate(self.items_of(value)))
+            name, others = field_name(target.id), self.reader.reserved.union(map(self.named, self.stored))
+            names = tuple(ir.Name(ir.unused(f"{name}_{k}", others), v.kind) for k, v in enumerate(self.items_of(value)))
             self.known.update({n.name: n.kind for n in names})
             self.taken |= {n.name for n in names}
             self.known[target.id], self.aliases[target.id] = value.kind, ir.Values(names, value.kind)

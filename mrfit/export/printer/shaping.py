@@ -6,7 +6,6 @@ from typing import TypeAlias
 
 from mrfit.export.printer import ir
 
-DONE = ir.Name("done", ir.BOOL)
 Pairs: TypeAlias = Sequence[tuple[ir.Place, ir.Expression]]
 
 
@@ -41,7 +40,8 @@ def shape(
     body = _Exits(function, destinations, after).whole(function.body)
     for argument in function.arguments:
         if argument.name in stored and argument.kind.name != "array":
-            given, argument.name = argument.name, f"{argument.name}_start"
+            given = argument.name
+            argument.name = ir.unused(f"{given}_start", names_of(function))
             body = (ir.Assign(ir.Name(given, argument.kind), ir.Name(argument.name, argument.kind)), *body)
     outside = {a.name for a in (*function.arguments, *function.outputs)}
     function.body = _Declarations(body, outside, program).block(body, frozenset())
@@ -50,14 +50,12 @@ def shape(
 def _outputs(function: ir.Function, kinds: Sequence[ir.Kind]) -> list[ir.Place | None]:
     """Return the arguments to which a tuple's values go, named as the variables that are returned."""
     returns = [n.value for n in ir.parts(function.body) if isinstance(n, ir.Return)]
-    taken = {a.name for a in function.arguments} | set(ir.names_in(function.body))
+    taken = names_of(function)
     places = list[ir.Place | None]()
     for k, kind in enumerate(kinds):
         values = [v.values[k] for v in returns if isinstance(v, ir.Values)]
         names = [v.name for v in values if isinstance(v, ir.Name)]
-        name = f"{names[0]}_out" if names else f"out_{k}"
-        while name in taken:
-            name += "_"
+        name = ir.unused(f"{names[0]}_out" if names else f"out_{k}", taken)
         taken.add(name)
         function.outputs.append(ir.Argument(name, kind, changed=True))
         places.append(ir.Name(name, kind))
@@ -95,17 +93,17 @@ class _Exits:
     """
 
     def __init__(self, function: ir.Function, destinations: Sequence[ir.Place | None], after: Pairs) -> None:
-        self.destinations, self.after, self.count, self.flagged = destinations, list(after), 0, False
-        self.result = ir.Name("result", function.result)
-        while self.result.name in ir.names_in(function.body):
-            self.result = replace(self.result, name=f"{self.result.name}_")
+        self.destinations, self.after, self.flagged = destinations, list(after), False
+        self.taken, self.count = names_of(function), 0
+        self.result = ir.Name(ir.unused("result", self.taken), function.result)
+        self.done = ir.Name(ir.unused("done", self.taken), ir.BOOL)
 
     def whole(self, body: ir.Block) -> ir.Block:
         """Return a function's body with its one return at the end."""
         if body and isinstance(body[-1], ir.Return) and not any(isinstance(p, ir.Return) for p in ir.parts(body[:-1])):
             return (*body[:-1], *self.last(body[-1].value))
         made = self.block(body, True, False)
-        start: list[ir.Statement] = [ir.Assign(DONE, ir.Literal("0", ir.BOOL))] if self.flagged else []
+        start: list[ir.Statement] = [ir.Assign(self.done, ir.Literal("0", ir.BOOL))] if self.flagged else []
         return (*start, *made, *([ir.Return(self.result)] if self.result.kind != ir.NOTHING else []))
 
     def block(self, block: ir.Block, tail: bool, loop: bool) -> ir.Block:
@@ -113,7 +111,7 @@ class _Exits:
         for k, statement in enumerate(block):
             before, rest = block[:k], block[k + 1 :]
             if isinstance(statement, ir.Return):
-                marks: list[ir.Statement] = [] if tail else [ir.Assign(DONE, ir.Literal("1", ir.BOOL))]
+                marks: list[ir.Statement] = [] if tail else [ir.Assign(self.done, ir.Literal("1", ir.BOOL))]
                 self.flagged = self.flagged or not tail
                 return (*before, *self.left(statement.value), *marks, *([ir.Leave("break")] if loop else []))
             if not any(isinstance(p, ir.Return) for p in ir.parts(statement)):
@@ -126,7 +124,9 @@ class _Exits:
             inside = [self.block(b, tail and not rest and not inner, inner or loop) for b in ir.blocks_of(statement)]
             following = self.block(rest, tail, loop)
             guarded = (
-                (ir.If(ir.Unary("not", DONE, ir.BOOL), following),) if following and (inner or not loop) else following
+                (ir.If(ir.Unary("not", self.done, ir.BOOL), following),)
+                if following and (inner or not loop)
+                else following
             )
             return (*before, ir.with_blocks(statement, inside), *guarded)
         return block
@@ -156,7 +156,12 @@ class _Exits:
     def kept(self, kind: ir.Kind) -> ir.Name:
         """Return a new variable."""
         self.count += 1
-        return ir.Name(f"kept_{self.count}", kind)
+        return ir.Name(ir.unused(f"kept_{self.count}", self.taken), kind)
+
+
+def names_of(function: ir.Function) -> set[str]:
+    """Return the names that a function's arguments, outputs and variables have."""
+    return {*(a.name for a in (*function.arguments, *function.outputs)), *ir.names_in(function.body)}
 
 
 def flat(value: ir.Expression) -> list[ir.Expression]:

@@ -95,6 +95,7 @@ class ValueReader:
         self.aliases: dict[str, ir.Expression] = {}
         self.pending: list[ir.Statement] = []
         self.taken: set[str] = set()
+        self.names: dict[str, str] = {}
         self.hoists = True
         self.loops = 0
         nodes = list(ast.walk(self.source.tree))
@@ -118,9 +119,14 @@ class ValueReader:
         )
 
     def named(self, name: str) -> str:
-        """Return a variable's name where it is printed."""
-        taken = [a.name for a in self.entry.arguments] if self.entry else []
-        return f"{field_name(name)}_" if name in taken or name in self.reader.reserved else field_name(name)
+        """Return a variable's name where it is printed: unlike all others, and unlike what has a meaning there."""
+        if name not in self.names:
+            others = {*self.stored, *inspect.signature(self.python).parameters} - {name}
+            arguments = {a.name for a in self.entry.arguments} if self.entry else set[str]()
+            wanted = f"own_{name}" if name.startswith(self.reader.prefix) else field_name(name)
+            taken = others | arguments | self.reader.reserved | {*self.names.values()}
+            self.names[name] = ir.unused(wanted, taken)
+        return self.names[name]
 
     def items_of(self, value: ir.Expression) -> tuple[ir.Expression, ...]:
         """Return the values of a tuple."""
@@ -152,7 +158,7 @@ class ValueReader:
     def temporary(self, kind: ir.Kind, name: str = "kept") -> ir.Name:
         """Return a new variable."""
         made, count = name, 1
-        while made in self.taken:
+        while made in self.taken or made in self.reader.reserved:
             made, count = f"{name}_{count}", count + 1
         self.taken.add(made)
         self.known[made] = kind

@@ -133,6 +133,38 @@ def kept_names(x: float, y: float) -> float:
     return early_ + swapped_ * struct
 
 
+def kept_words(x: float, y: float) -> float:
+    """Return out of a loop, beside variables with names of C, of MATLAB and of what the printer itself adds."""
+    log, exp, fabs, done, result, kept_1 = x, y, x + y, 0.0, 1.0, 2.0
+    log_, done_, end, zeros, chosen_1, value_, smaller = 0.5, 3.0, x - y, y, 0.25, 0.125, 4.0
+    NAN, EXP_, main_double, pair_0, x_start = 0.2, 0.3, 0.4, 0.6, x
+    pair = (x * y, x - y) if x > y else (y * y, x)
+    for k in range(_FEW):
+        done += math.exp(-abs(log)) * (k + 1.0)
+        if done > fabs:
+            x = done + max(exp, log_) if end > 0.0 else math.log(abs(zeros) + chosen_1)
+            return x + pair[0] * pair[1]
+    x, exp = exp, x
+    result += kept_1 * done_ + min(value_, smaller) + pair[1] * pair_0
+    return result + NAN + EXP_ + main_double + x_start + x - exp + end
+
+
+def kept_outputs(x: float, y: float) -> tuple[float, float]:
+    """Return two numbers by the names of functions that are called, out of a branch."""
+    log, log_out = math.log(abs(x) + 1.0), y
+    if y > 1.0:
+        return log, log_out
+    log_out, log = log, log_out * x
+    return log, log_out
+
+
+def both_words(x: float, y: float) -> float:
+    """Return the same, called, in a variable of such a name."""
+    log = kept_outputs(x, y)
+    sqrt, exp = kept_outputs(y, x)
+    return log[0] * math.log(2.0) + log[1] + sqrt * math.exp(exp / (1.0 + abs(exp)))
+
+
 def late_whole(x: float, y: float) -> float:
     """Return a number that is whole at first."""
     total = 0
@@ -155,6 +187,9 @@ CASES = (
     flags,
     functions,
     kept_names,
+    kept_words,
+    kept_outputs,
+    both_words,
     late_whole,
 )
 
