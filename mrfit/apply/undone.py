@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import lsim
 
 from mrfit.core.specs import Array
 from mrfit.kernels.lti import SHORTEST
@@ -71,11 +69,15 @@ def unfiltered(poles: Sequence[float], zeros: tuple[float, float], signal: Array
 
 
 def _spline(signal: Array, dt: float) -> Any:
+    from scipy.interpolate import CubicSpline
+
     return CubicSpline(dt * np.arange(signal.shape[1]), signal, axis=1)
 
 
 def _followed(system: tuple[Array, Array], signal: Array, time: Array) -> Array:
     """Return the states (N, 2) of a system at rest at a signal's first value."""
+    from scipy.signal import lsim
+
     start = np.array([signal[0], 0.0])
     found = lsim((*system, np.eye(2), np.zeros((2, 1))), signal, time, X0=start)[2]
     return np.asarray(found)

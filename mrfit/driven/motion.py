@@ -15,7 +15,6 @@ from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
-from scipy.signal import firwin, upfirdn
 
 from mrfit.core.channels import EXCITATIONS, MOTION_OF_MASS
 from mrfit.core.remembered import remembered
@@ -127,6 +126,8 @@ def response_around(
 @remembered
 def between_samples(values: Array) -> Array:
     """Return a band-limited signal (N,) at ``PER_SAMPLE`` times the rate, from the first sample to the last."""
+    from scipy.signal import firwin, upfirdn
+
     pad = min(_SINC_SAMPLES, len(values) - 1)
     ends = 2.0 * values[0] - values[pad:0:-1], 2.0 * values[-1] - values[-2 : -2 - pad : -1]
     taps = PER_SAMPLE * firwin(2 * _SINC_SAMPLES * PER_SAMPLE + 1, 1.0 / PER_SAMPLE, window=_SINC_WINDOW)

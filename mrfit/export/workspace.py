@@ -10,6 +10,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.source import SOURCE_INPUTS, LogStretch, runs
 from mrfit.fit.predict import read_fit
+from mrfit.io.arrow import codes, floats
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.unreadable import reading
 from mrfit.io.workspace import Workspace
@@ -53,7 +54,7 @@ def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Log
         segments = {s.id: s for s in workspace.read_segments()} if workspace.segments_file.is_file() else {}
         found = list[LogStretch]()
         for rows in _blocks(whole):
-            columns = {n: rows[n].to_numpy().astype(np.float64) for n in names}
+            columns = {n: floats(rows[n]) for n in names}
             text = {n: str(rows[n][0].as_py()) for n in ("segment", "condition", "role")}
             found += _pieces(columns, text, segments.get(text["segment"]), workspace)
     return tuple(found)
@@ -64,9 +65,9 @@ def _blocks(whole: Any) -> list[Any]:
     import pyarrow.compute as compute
 
     joined = compute.binary_join_element_wise(whole["segment"], whole["role"], "\n")
-    codes = joined.combine_chunks().dictionary_encode().indices.to_numpy()
-    order = np.argsort(codes, kind="stable")
-    ends = np.flatnonzero(np.diff(codes[order])) + 1
+    places = codes(joined.combine_chunks().dictionary_encode())
+    order = np.argsort(places, kind="stable")
+    ends = np.flatnonzero(np.diff(places[order])) + 1
     return [whole.take(rows) for rows in np.split(order, ends) if len(rows)]
 
 

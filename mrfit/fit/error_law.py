@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import ndtr, stdtrit
 
 from mrfit.core.specs import Array
@@ -94,6 +93,7 @@ def _holding(errors: Array) -> float:
 
     Within a test samples are taken as normal.
     """
+    from scipy.optimize import brentq
 
     def lacking(width: float) -> float:
         return COVERED_SHARE - float(np.mean(2.0 * ndtr(NORMAL * np.exp(width - errors)) - 1.0))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 
 # Rows that a repeated text is written out for
 ARROW_PART = 1 << 16
@@ -29,6 +29,13 @@ def floats(column: Any) -> Array:
         values = np.frombuffer(sound.buffers()[1], dtype=np.float64)
         chunks.append(values[sound.offset : sound.offset + len(sound)])
     return np.concatenate(chunks) if chunks else np.empty(0)
+
+
+def codes(words: Any) -> Index:
+    """Return the place in its dictionary of every value of a column of words without null."""
+    places = words.indices
+    values = np.frombuffer(places.buffers()[1], dtype=f"i{places.type.bit_width // 8}")
+    return values[places.offset : places.offset + len(places)].astype(np.int64)
 
 
 def texts(values: Sequence[str]) -> Any:

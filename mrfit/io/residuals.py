@@ -8,7 +8,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.io.arrow import floats
+from mrfit.io.arrow import codes, floats
 
 RESIDUAL_KEYS = ("condition", "segment", "role")
 """Its columns that say where a row belongs."""
@@ -42,9 +42,9 @@ def unreadable(path: Path, error: Exception) -> DataError:
 
 def _runs(rows: Any) -> Iterator[tuple[Key, dict[str, Array]]]:
     words = [rows.column(k).combine_chunks() for k in RESIDUAL_KEYS]
-    codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
-    edges = np.flatnonzero(np.any(np.diff(codes, axis=1) != 0, axis=0)) + 1
+    places = np.stack([codes(w) for w in words])
+    edges = np.flatnonzero(np.any(np.diff(places, axis=1) != 0, axis=0)) + 1
     columns = {n: floats(rows.column(n)) for n in rows.column_names if n not in RESIDUAL_KEYS}
     for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(rows)], strict=True):
-        found = (str(w.dictionary[int(code)].as_py()) for w, code in zip(words, codes[:, begin], strict=True))
+        found = (str(w.dictionary[int(code)].as_py()) for w, code in zip(words, places[:, begin], strict=True))
         yield cast(Key, tuple(found)), {name: values[begin:end] for name, values in columns.items()}

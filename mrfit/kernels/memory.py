@@ -1,4 +1,4 @@
-"""Traces of a motion: a memory that travel fades, and the motion's last turn."""
+"""Traces of a motion: a memory that travel fades, and the motion's last turn; sums that fade with time."""
 
 import numpy as np
 
@@ -44,6 +44,18 @@ def stopped(step: Array) -> Array:
         z = max(-1.0, min(1.0, z + step[n]))
         found[n] = z
     return found
+
+
+@kernel
+def decayed(columns: Array, keep: float) -> Array:
+    """Return y_n = u_n + keep*y_(n-1) of columns (N, F), in their unit; y_0 = u_0."""
+    sums = np.empty(columns.shape)
+    for k in range(columns.shape[1]):
+        last = 0.0
+        for n in range(len(columns)):
+            last = columns[n, k] + keep * last
+            sums[n, k] = last
+    return sums
 
 
 @kernel

@@ -36,10 +36,11 @@ def decimate(values: Array, limit: int) -> NDArray[np.int64]:
     if count <= limit:
         return np.arange(count, dtype=np.int64)
     edges = np.linspace(0, count, (limit - 2) // 2 + 1).astype(np.int64)
-    kept = {0, count - 1}
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
-        kept |= {int(a + np.argmin(values[a:b])), int(a + np.argmax(values[a:b]))}
-    return np.array(sorted(kept), dtype=np.int64)
+    lengths = np.diff(edges)[:, None]
+    # a stretch a row, the shorter ones with their last sample again
+    rows = values[edges[:-1, None] + np.minimum(np.arange(lengths.max()), lengths - 1)]
+    ends = edges[:-1] + np.stack([rows.argmin(axis=1), rows.argmax(axis=1)])
+    return np.unique(np.append(ends, [0, count - 1]))
 
 
 def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np.int64]:

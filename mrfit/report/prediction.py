@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.channels import symbol_of
 from mrfit.core.width import Width
 from mrfit.errors import DataError
-from mrfit.io.arrow import floats
+from mrfit.io.arrow import codes, floats
 from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.prediction import PredictionFile
@@ -102,11 +102,11 @@ def _read_series(folder: Path, about: PredictionFile) -> list[OutputSeries]:
         }
     except (OSError, ValueError, KeyError) as error:
         raise DataError(f"{path}: cannot be read ({str(error).splitlines()[0]}); {AGAIN}") from error
-    codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
+    places = np.stack([codes(w) for w in words])
     found = []
-    for code in dict.fromkeys(codes[0].tolist()):
-        at = np.flatnonzero(codes[0] == code)
-        segment, condition = (str(w.dictionary[int(c[at[0]])].as_py()) for w, c in zip(words, codes, strict=True))
+    for code in dict.fromkeys(places[0].tolist()):
+        at = np.flatnonzero(places[0] == code)
+        segment, condition = (str(w.dictionary[int(c[at[0]])].as_py()) for w, c in zip(words, places, strict=True))
         time, measured, simulated = (columns[name][at] for name in PREDICTION_NUMBERS)
         frequency = about.frequencies.get(segment, 0.0)
         wide = [columns[name][at] - simulated for name in BAND_ENDS if name in columns]

@@ -16,6 +16,7 @@ import numpy as np
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.filters import play
+from mrfit.kernels.memory import decayed
 from mrfit.signal.convolution import correlation_time
 from mrfit.signal.noise import noise_level, quantisation
 from mrfit.signal.noise_floor import Mask, NoiseFloor, measured_samples, not_known
@@ -194,11 +195,10 @@ def _bandwidth(motion: DrivingInput) -> float:
 
 
 def _lagged(signal: Array, seconds: float, dt: float) -> Array:
-    from scipy.signal import lfilter
-
     keep = float(np.exp(-dt / seconds))
-    lagged: Array = lfilter([1.0 - keep], [1.0, -keep], signal, zi=[keep * signal[0]])[0]
-    return lagged
+    driven = (1.0 - keep) * signal
+    driven[0] = signal[0]
+    return decayed(driven[:, None], keep)[:, 0]
 
 
 def _cross_validated(columns: Array, target: Array, block: int) -> _Fit:

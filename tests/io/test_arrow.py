@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.io.arrow import ARROW_PART, floats, numbers, repeated, table, texts
+from mrfit.io.arrow import ARROW_PART, codes, floats, numbers, repeated, table, texts
 
 
 @given(st.lists(st.text()))
@@ -33,6 +33,12 @@ def test_numbers_keep_their_type(fractions: list[float], whole: list[int]) -> No
     assert numbers(fractions).equals(pa.array(fractions, pa.float64()))
     assert numbers(whole).equals(pa.array(whole, pa.int64()))
     assert numbers(np.array([1.0, np.nan, 2.0])[::2]).equals(pa.array([1.0, 2.0]))
+
+
+@given(st.lists(st.sampled_from("abc")), st.integers(0, 3))
+def test_codes_are_places_in_the_dictionary(values: list[str], first: int) -> None:
+    words = pa.array(values, pa.string()).dictionary_encode()[first:]
+    assert [words.dictionary[k].as_py() for k in codes(words).tolist()] == values[first:]
 
 
 def test_pandas_is_not_imported() -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.kernels.memory import since_reversal, travel_memory
+from mrfit.kernels.memory import decayed, since_reversal, travel_memory
 
 
 @settings(deadline=None)
@@ -17,6 +17,13 @@ def test_a_memory_of_travel_fades_by_the_way_made(length: float, steps: int) -> 
     there = 1.0 - np.exp(-1.0 / length)
     assert z[steps - 1] == pytest.approx(there, abs=1e-9)
     assert z[-1] == pytest.approx(-1.0 + (there + 1.0) * np.exp(-0.5 / length), abs=1e-9)
+
+
+def test_sums_fade_by_one_share_a_sample() -> None:
+    rng = np.random.default_rng(0)
+    columns, keep = rng.normal(size=(50, 3)), 0.9
+    weights = np.tril(keep ** np.subtract.outer(np.arange(50), np.arange(50)))
+    np.testing.assert_allclose(decayed(columns, keep), weights @ columns, rtol=1e-12, atol=1e-13)
 
 
 def test_a_standstill_leaves_the_memory_as_it_is() -> None:

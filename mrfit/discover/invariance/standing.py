@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
@@ -58,7 +58,7 @@ def halves(made: GramTable, level: int, offset: bool | None = None) -> Array:
     best, without = made.steps(level, offset), made.jackknife(level, offset)[0]
     others = adequate(made, level, offset) or [k for k in (TIME, FULL) if k != level][:1]
     spread = np.max(np.abs([made.steps(k, offset) - best for k in others]), axis=0)
-    return student.ppf(STANDARD.quantile, len(without) - 1) * np.hypot(scatter(without), spread)
+    return stdtrit(len(without) - 1, STANDARD.quantile) * np.hypot(scatter(without), spread)
 
 
 def typical_gain(before: Array, after: Array) -> float:
@@ -129,7 +129,7 @@ def _standing(
     differences = {k: abs(factor(beside.total, k) - best) for k in LADDER if k != level}
     spread = min(differences.values())
     most = max((differences[k] for k in adequate(beside, level, offset, count)), default=spread)
-    half = student.ppf(STANDARD.quantile, len(beside.grams) - 1) * float(np.hypot(error, most)) / max(abs(best), TINY)
+    half = stdtrit(len(beside.grams) - 1, STANDARD.quantile) * float(np.hypot(error, most)) / max(abs(best), TINY)
     half = float(np.hypot(half, STANDARD.accuracy))
     standing = EffectSignificance(
         share=float(cross.sum() ** 2 / max(own.sum() * target.sum(), TINY)),

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.policy import STANDARD, Policy
@@ -243,7 +243,7 @@ class AnyLaw:
 
 def _widened(found: EffectDescription, again: EffectDescription, groups: int) -> EffectDescription:
     """Return an effect with intervals that know how much its numbers differ beside a law of longer memory."""
-    quantile = float(student.ppf(STANDARD.quantile, groups - 1))
+    quantile = float(stdtrit(groups - 1, STANDARD.quantile))
 
     def wider(own: EffectParameter, other: EffectParameter) -> EffectParameter:
         if own.low is None or own.high is None:

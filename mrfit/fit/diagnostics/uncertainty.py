@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 from scipy.special import ndtri, stdtrit
 
 from mrfit.core.specs import Array, Index
+from mrfit.kernels.memory import decayed
 
 Mask = NDArray[np.bool_]
 
@@ -263,7 +263,7 @@ def innovation_covariance(basis: Array, series: Array) -> Array:
     power = float(series @ series)
     rho = float(np.clip(series[1:] @ series[:-1] / power, 0.0, LARGEST_WHITENED)) if power > 0.0 else 0.0
     innovations = series - rho * np.concatenate([[0.0], series[:-1]])
-    return long_run_covariance(lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1] * innovations[:, None])
+    return long_run_covariance(decayed(np.ascontiguousarray(basis[::-1]), rho)[::-1] * innovations[:, None])
 
 
 def differing(series: Array, period: float) -> Array:
