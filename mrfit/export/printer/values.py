@@ -50,6 +50,7 @@ class OpenProgram(Protocol):
     """A program that is being read, as the reader of one of its functions needs it; see ``ProgramReader``."""
 
     reserved: frozenset[str]
+    prefix: str
     structs: dict[str, dict[str, ir.Kind]]
     program: ir.Program
 
