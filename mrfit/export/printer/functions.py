@@ -48,7 +48,7 @@ SMALL = {
 
 
 # Names that no variable has: what C and MATLAB call or define, their own words, and what the printer calls its own
-WORDS = frozenset(
+MEANINGFUL_NAMES = frozenset(
     (
         *(name for own in (ONE, TWO, SMALL) for name in own.values()),
         *(f"{name.upper()}_" for own in (ONE, TWO) for name in own.values()),

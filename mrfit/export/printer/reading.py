@@ -13,7 +13,7 @@ import numpy as np
 from mrfit.errors import DataError
 from mrfit.export.printer import ir, shaping
 from mrfit.export.printer.entry_point import EntryPoint
-from mrfit.export.printer.functions import WORDS, python_of, set_by, unpacked
+from mrfit.export.printer.functions import MEANINGFUL_NAMES, python_of, set_by, unpacked
 from mrfit.export.printer.values import Signature, ValueReader, flat_kinds, group, kind_of, real_kind
 from mrfit.export.text import field as field_name
 
@@ -35,7 +35,7 @@ class ProgramReader:
     """
 
     def __init__(self, reserved: Iterable[str] = (), prefix: str = " ") -> None:
-        self.prefix, self.reserved = prefix, WORDS.union(reserved)
+        self.prefix, self.reserved = prefix, MEANINGFUL_NAMES.union(reserved)
         self.structs: dict[str, dict[str, ir.Kind]] = {}
         self.program = ir.Program()
         self.signatures: dict[object, Signature] = {}
