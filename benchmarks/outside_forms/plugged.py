@@ -40,7 +40,8 @@ def plugged(folder: Path, specimen: Specimen, found: Proposal) -> dict[str, obje
         log = folder / f"{name}.txt"
         if run_command(arguments, log, MOST_PROCESSOR_TIME, module)[0] != 0:
             return {"stopped": name, "why": (log.read_text().strip().splitlines() or [""])[-1]}
-    told = json.loads((folder / "export.txt").read_text())
+    said = (folder / "export.txt").read_text()
+    told = json.loads(said[said.index("{\n") :])  # a warning may stand before it
     base, both = (json.loads((work / "fits" / n / "fit.json").read_text()) for n in models)
     values = {p["name"]: p["value"] for p in both["results"][0]["parameters"]}
     theta = found.formula.theta * found.rows.scales["L"].size
