@@ -116,16 +116,15 @@ def fit(
     fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        before = _settings_of(workspace.fit_folder(settings.fit_name) / "fit.json", Fit)
+        before = _settings_of(reusable(workspace.fit_folder(settings.fit_name) / "fit.json", Fit))
         made = fit_stage.run(workspace, settings, progress)
         notes += _replaced(f"the fit {made.name}", before, made.settings)
         return {**to_json(made), "notes": notes}
 
 
-def _settings_of(path: Path, kind: type[Fit | DiscoveryFile | OptimizersFile]) -> dict[str, Any]:
+def _settings_of(replaced: Fit | DiscoveryFile | OptimizersFile | None) -> dict[str, Any]:
     """Return the settings of the result that a command is to replace, empty where there is none."""
-    found = reusable(path, kind)
-    return found.settings if found else {}
+    return replaced.settings if replaced else {}
 
 
 def _replaced(what: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
@@ -146,7 +145,7 @@ def discover(
     discover_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        before = _settings_of(workspace.root / "discover" / "discovery.json", DiscoveryFile)
+        before = _settings_of(reusable(workspace.root / "discover" / "discovery.json", DiscoveryFile))
         made = _discover(workspace, settings, progress)
         return {**made, "notes": [*notes, *_replaced("the discovery", before, made["settings"])]}
 
@@ -192,7 +191,7 @@ def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers
     compare_optimizers.check(settings)
     with Workspace(work).locked() as workspace:
         notes = _segments_as_before(workspace, None, progress)
-        before = _settings_of(workspace.root / "compare" / "optimizers.json", OptimizersFile)
+        before = _settings_of(reusable(workspace.root / "compare" / "optimizers.json", OptimizersFile))
         made = compare_optimizers.run(workspace, settings, progress)
         notes += _replaced("the comparison of optimizers", before, made.settings)
         notes += [f"of an earlier comparison, in the table as they were: {', '.join(made.kept)}"] * bool(made.kept)
@@ -384,7 +383,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
             summary[name] = stage(workspace)
         summary["fits"], notes = [], list[str]()
         for settings in fits:
-            before = _settings_of(workspace.fit_folder(settings.fit_name) / "fit.json", Fit)
+            before = _settings_of(reusable(workspace.fit_folder(settings.fit_name) / "fit.json", Fit))
             made = fit_stage.run(workspace, settings, progress)
             notes += _replaced(f"the fit {made.name}", before, made.settings)
             summary["fits"].append(to_json(made))

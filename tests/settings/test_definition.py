@@ -237,8 +237,8 @@ def test_no_command_says_again_what_settings_define() -> None:
             assert not one.setting or one.setting.help not in texts, one.name
     functions = [f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef)]
     parameters = [a for f in functions for a in (*f.args.args, *f.args.kwonlyargs)]
-    common = [a for a in parameters if a.arg in ("work", "as_json", "plugins", "jobs", "settings")]
-    assert len(common) >= 30
+    common = [a for a in parameters if a.arg in ("work", "as_json", "jobs", "settings")]
+    assert len(common) >= 20
     for function in functions:
         named = zip(function.args.kwonlyargs, function.args.kw_defaults, strict=True)
         # `mrfit run --work` has no default: the file's holds
