@@ -9,9 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.nuisance import Scales
@@ -35,16 +36,8 @@ class Operator:
     memories: tuple[float, ...] = (1.0,)
 
 
-def _read() -> dict[str, Operator]:
-    rows = tomllib.loads(Path(__file__).with_name("operators.toml").read_text(encoding="utf-8"))
-    return {n: Operator(**_fields(r)) for n, r in rows.items()}
-
-
-def _fields(row: dict[str, Any]) -> dict[str, Any]:
-    return {k: tuple(v) if isinstance(v, list) else v for k, v in row.items()}
-
-
-TERM_KINDS = _read()
+_WRITTEN = tomllib.loads(Path(__file__).with_name("operators.toml").read_text(encoding="utf-8"))
+TERM_KINDS = TypeAdapter(dict[str, Operator]).validate_python(_WRITTEN)
 """Every kind of term by its name, simple ones first."""
 
 
