@@ -318,11 +318,14 @@ def _discovered(job: _Job) -> DiscoveryOutput:
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
-    """Return a discovery with what another law lacks that may be taken as exact: effects that any law could make."""
-    law = next((law.model for law in told.other_laws if law.near_the_floor), "")
+    """Return a discovery with what the plainest law near the floor lacks: effects that any law could make."""
     samples = sum(s.samples for s in job.data.segments)
-    if not law or samples > STANDARD.most_samples_again:
+    near = [assemble(law.model) for law in told.other_laws if law.near_the_floor]
+    # a law with a rough response of its own is slow to simulate
+    quick = [a for a in near if samples * (STANDARD.rough_weight if a.rough else 1) <= STANDARD.most_samples_again]
+    if not quick:
         return told
+    law = min(quick, key=lambda assembly: len(assembly.spec.params)).spec.name
     settings = replace(job.settings, model=law, current_order="auto", start=())
     asked = replace(job.asked, model=law, key=f"{job.asked.key} {law}")
     again = replace(job, settings=settings, asked=asked)

@@ -287,6 +287,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
 ELSEWHERE = {
     "most_rounds": "test_select.py",
     "most_samples_again": "test_stage.py",
+    "rough_weight": "test_stage.py",
     "most_pairs": "test_pairs.py",
     "fewest_cycles": "test_residual_structure.py",
     "worth_telling": "test_result.py",

@@ -225,23 +225,37 @@ def test_the_shape_of_a_loop_that_remembers_is_the_same_at_all_currents(model: s
     assert with_steady_loops(None, model) is None
 
 
-@pytest.mark.parametrize(("samples", "near", "asked"), [(90, True, 1), (110, True, 0), (90, False, 0)])
-def test_another_law_is_taken_as_exact_only_near_the_floor_and_within_the_time(
-    samples: int, near: bool, asked: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("samples", "near", "taken"),
+    [
+        (90, "guo", "guo"),
+        (110, "guo", ""),
+        (90, "", ""),
+        # the plainest of those near the floor, whichever leaves least
+        (90, "spencer guo biviscous", "biviscous"),
+        # spencer is slow to simulate
+        (9, "spencer", "spencer"),
+        (11, "spencer", ""),
+        (11, "spencer guo", "guo"),
+    ],
+)
+def test_the_plainest_law_is_taken_as_exact_only_near_the_floor_and_within_the_time(
+    samples: int, near: str, taken: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tried: list[str] = []
-    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_samples_again=100))
+    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_samples_again=100, rough_weight=10.0))
     monkeypatch.setattr(stage, "_decided", lambda job: tried.append(job.settings.model))
     monkeypatch.setattr(stage, "_exact", lambda job, decided: job)
     monkeypatch.setattr(stage, "with_another_base", lambda told, again: again)
-    laws = [SimpleNamespace(model=m, near_the_floor=near and m == "guo") for m in ("tanh", "guo")]
+    models = ("tanh", "spencer", "guo", "biviscous")
+    laws = [SimpleNamespace(model=m, near_the_floor=m in near.split()) for m in models]
     data = Dataset([SimpleNamespace(samples=samples)], {})  # type: ignore[list-item]
     job = stage._Job(Workspace(Path()), Settings("bingham", "1"), data, DiscoveryRequest("bingham", 0, "", "k"), silent)
     told: Any = SimpleNamespace(other_laws=laws)
     found: Any = stage._with_another_base(job, told)
-    assert tried == ["guo"] * asked and (found is told) == (not asked)
-    if asked:
-        assert (found.settings.current_order, found.asked.model, found.asked.key) == ("auto", "guo", "k guo")
+    assert tried == [taken] * bool(taken) and (found is told) == (not taken)
+    if taken:
+        assert (found.settings.current_order, found.asked.model, found.asked.key) == ("auto", taken, f"k {taken}")
 
 
 SEGMENT = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0.0, 2, 0.0, float("nan"), "train")
