@@ -33,6 +33,8 @@ FITTED_CYCLES = 4
 SERIES_RESOLUTION = 1e-5
 # A series of fewer harmonics than this has no corners
 RINGING = 3
+# What a series leaves is a drift of the sensor where the means of its cycles hold more than this share of its square
+DRIFT_OF_SERIES = 0.25
 # Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
 # was many times that, coloured noise it cannot be
 REPEAT_CHANCE, CHANCE_IF_WHITE, SERIES_EXCESS = 1e-4, 0.05, 2.0
@@ -250,15 +252,39 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     if frequency <= 0.0:
         return None
     skipped = _unsettled(segment, len(values))
-    fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
+    settled = _without_drift(values[skipped:], dt, frequency)
+    fit = harmonic_fit(settled, dt, frequency, refine=False)
     fit = replace(fit, frequency=frequency)
-    chance = modulation(values[skipped:], fit, dt)
+    chance = modulation(settled, fit, dt)
     if chance < CHANCE_IF_WHITE:
-        series, white = modulated_series(values[skipped:], fit, dt, skipped), noise_level(values)
+        series, white = modulated_series(settled, fit, dt, skipped), noise_level(values)
         follows = series.residual <= MODULATED_EXCESS * white
         if chance < REPEAT_CHANCE or (follows and fit.residual > SERIES_EXCESS * white):
             return series if follows else None
-    return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
+    return fit.shifted(-skipped * dt) if _leaves_noise(fit, settled, dt) else None
+
+
+def _without_drift(values: Array, dt: float, frequency: float) -> Array:
+    """Return a channel (N,) without the slow drift of its sensor, where that is most of what a series leaves.
+
+    Beside a drift a series has fewer harmonics than noise alone would leave it, and rounds the corners of a stroke.
+    The drift is a line between the means of neighbouring cycles.
+    """
+    period = 1.0 / (frequency * dt)
+    cycles = int(len(values) / period)
+    if cycles < FITTED_CYCLES:
+        return values
+    series = replace(harmonic_fit(values, dt, frequency, refine=False), frequency=frequency)
+    rest = values - series.sampled(0.0, dt, len(values))
+    edges = np.rint(period * np.arange(cycles + 1)).astype(int)
+    means = np.add.reduceat(rest[: edges[-1]], edges[:-1]) / np.diff(edges)
+    # the first and the last half cycle go on as the line before them does
+    places = np.concatenate([[-0.5], np.arange(cycles) + 0.5, [cycles + 0.5]])
+    ends = 2 * means[0] - means[1], 2 * means[-1] - means[-2]
+    drift = np.interp(np.arange(len(values)) / period, places, np.concatenate([ends[:1], means, ends[1:]]))
+    size, limit = float(np.sqrt(np.mean(drift**2))), REPEAT_LIMITS[0][1] * float(np.ptp(values)) / 2
+    drifts = DRIFT_OF_SERIES * np.mean(rest**2) < size**2 <= limit**2
+    return values - drift if drifts else values
 
 
 def _smoother(

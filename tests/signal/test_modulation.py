@@ -138,7 +138,11 @@ def test_a_drive_that_repeats_is_the_series_it_was(kind: str) -> None:
     assert drive.fits is not None and inputs_repeat(recording, segment)
     refined = harmonic_fit(values, recording.dt, 1.0)
     fixed = harmonic_fit(values, recording.dt, refined.frequency, refine=False)
-    assert np.array_equal(drive.fits[0].coefficients, fixed.coefficients)
+    found = drive.fits[0].coefficients
+    if kind != "slow":
+        assert np.array_equal(found, fixed.coefficients)
+    else:  # without what is slower than a cycle, by less than a tenth of the noise
+        assert np.allclose(found[:5], fixed.coefficients[:5], atol=2e-4) and np.all(np.abs(found[5:]) < 2e-4)
 
 
 def test_a_square_wave_between_its_samples_is_no_modulation() -> None:

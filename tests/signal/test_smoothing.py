@@ -175,6 +175,20 @@ def test_a_smooth_periodic_drive_of_many_harmonics_keeps_its_series() -> None:
     assert drive.fits is not None and drive.fits[0].harmonics > 3
 
 
+@pytest.mark.parametrize("drift", [0.0, 0.01])
+@pytest.mark.parametrize("fitted", [4, 8])
+def test_a_drift_of_the_stroke_sensor_costs_a_series_no_harmonics(drift: float, fitted: int) -> None:
+    t = np.arange(1250 * fitted) / 1000
+    turning = np.sin(2 * np.pi * 0.8 * t) / 0.3
+    clean = np.tanh(turning)
+    slope = (1 - clean**2) * 2 * np.pi * 0.8 * np.cos(2 * np.pi * 0.8 * t) / 0.3
+    noise = 1e-4 * np.random.default_rng(6).standard_normal(len(t))
+    log = recording(1e-3, displacement=clean + noise + drift * np.sin(0.9 * t + 0.4))
+    drive = smooth(log, segment(0, len(t), 0, 0.8, fitted, "displacement"), ("displacement", "velocity"))
+    assert drive.fits is not None and drive.fits[0].harmonics >= 9
+    assert np.std(drive.values[1] - slope) < 5e-3 * np.std(slope)
+
+
 def test_velocity_of_a_rounded_trapezoid_is_local_where_it_bends_and_wide_where_it_rests() -> None:
     t = np.arange(10_000) / 1000
     clean, _ = trapezoid(t, 0.2)
