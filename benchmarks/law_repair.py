@@ -49,7 +49,7 @@ def posed(case: Case) -> tuple[FittedBase, FittedBase]:
     base = assemble(case.base, dependence)
     bench = build_bench(data.segments, data.recordings, base, effects_for(base.spec.output), STANDARD)
     fit = Fitter(bench, case.base, dependence, {}, {}, lambda effects, point: None, 1).rough()
-    return base_on(bench, fit, "train"), base_on(bench, fit, "holdout")
+    return base_on(bench, fit)
 
 
 def row_of(case: Case, draws: int) -> dict[str, object]:

@@ -40,7 +40,10 @@ def remembered(
 
     @lru_cache(RESULTS)
     def of_content(content: _ArrayDigest, *rest: P.args, **named: P.kwargs) -> R:
-        return function(content.values, *rest, **named)
+        # a result may hold its array, which the caller may write into
+        own = content.values.copy()
+        own.flags.writeable = False
+        return function(own, *rest, **named)
 
     def of_array(values: Array, /, *rest: P.args, **named: P.kwargs) -> R:
         if len(values) > longest:

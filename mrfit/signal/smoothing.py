@@ -252,9 +252,7 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     if frequency <= 0.0:
         return None
     skipped = _unsettled(segment, len(values))
-    settled = _without_drift(values[skipped:], dt, frequency)
-    fit = harmonic_fit(settled, dt, frequency, refine=False)
-    fit = replace(fit, frequency=frequency)
+    settled, fit = _without_drift(values[skipped:], dt, frequency)
     chance = modulation(settled, fit, dt)
     if chance < CHANCE_IF_WHITE:
         series, white = modulated_series(settled, fit, dt, skipped), noise_level(values)
@@ -264,18 +262,18 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     return fit.shifted(-skipped * dt) if _leaves_noise(fit, settled, dt) else None
 
 
-def _without_drift(values: Array, dt: float, frequency: float) -> Array:
-    """Return a channel (N,) without the slow drift of its sensor, where that is most of what a series leaves.
+def _without_drift(values: Array, dt: float, frequency: float) -> tuple[Array, HarmonicFit]:
+    """Return a channel (N,) and its series, without the sensor's slow drift where that is most of what a series leaves.
 
     Beside a drift a series has fewer harmonics than noise alone would leave it, and rounds the corners of a stroke.
     The drift is a line between the means of neighbouring cycles.
     """
+    fit = replace(harmonic_fit(values, dt, frequency, refine=False), frequency=frequency)
     period = 1.0 / (frequency * dt)
     cycles = int(len(values) / period)
     if cycles < FITTED_CYCLES:
-        return values
-    series = replace(harmonic_fit(values, dt, frequency, refine=False), frequency=frequency)
-    rest = values - series.sampled(0.0, dt, len(values))
+        return values, fit
+    rest = values - fit.sampled(0.0, dt, len(values))
     edges = np.rint(period * np.arange(cycles + 1)).astype(int)
     means = np.add.reduceat(rest[: edges[-1]], edges[:-1]) / np.diff(edges)
     # the first and the last half cycle go on as the line before them does
@@ -283,8 +281,10 @@ def _without_drift(values: Array, dt: float, frequency: float) -> Array:
     ends = 2 * means[0] - means[1], 2 * means[-1] - means[-2]
     drift = np.interp(np.arange(len(values)) / period, places, np.concatenate([ends[:1], means, ends[1:]]))
     size, limit = float(np.sqrt(np.mean(drift**2))), REPEAT_LIMITS[0][1] * float(np.ptp(values)) / 2
-    drifts = DRIFT_OF_SERIES * np.mean(rest**2) < size**2 <= limit**2
-    return values - drift if drifts else values
+    if not DRIFT_OF_SERIES * np.mean(rest**2) < size**2 <= limit**2:
+        return values, fit
+    settled = values - drift
+    return settled, replace(harmonic_fit(settled, dt, frequency, refine=False), frequency=frequency)
 
 
 def _smoother(

@@ -46,3 +46,10 @@ def test_more_is_remembered_where_a_function_asks_for_it() -> None:
     kept, values = remembered(total, longest=MOST_REMEMBERED + 1), np.ones(MOST_REMEMBERED + 1)
     assert kept(values) == kept(values.copy()) == len(values)
     assert len(seen) == 1
+
+
+def test_a_result_that_holds_its_array_stays_what_it_was_where_the_caller_writes_into_his() -> None:
+    kept, values = remembered(lambda array: array[1:]), np.arange(5.0)
+    kept(values)
+    values *= 0.0
+    assert kept(np.arange(5.0)).tolist() == [1.0, 2.0, 3.0, 4.0]

@@ -1,5 +1,8 @@
 """A formula as the source of an effect: a plug-in that is fitted, reported and exported as any other."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
 from mrfit.core.channels import unit_of
@@ -14,13 +17,63 @@ NAME = "found-force"
 SCALED = {"x": "place", "v": "speed", "a": "rate", "i": "level", "T": "warmth", "t": "age", "L": "law_force"}
 
 
+@dataclass(frozen=True)
+class FoundSpec:
+    """Declaration of an effect that was found in the data, as its source has it.
+
+    Attributes
+    ----------
+    name, title, equation
+        As the effect has them.
+    made, channels
+        The output that it changes, and its inputs.
+    forces
+        Force of each term at full scale that was found, by the name of its strength.
+    on_law
+        Whether it takes the law's own force.
+    steady
+        Whether it is the same in every cycle.
+    """
+
+    name: str
+    title: str
+    equation: str
+    made: str
+    channels: list[str]
+    forces: Mapping[str, float]
+    on_law: bool
+    steady: bool
+
+    def lines(self) -> list[str]:
+        """Return the lines of its SPEC; every strength is zero in a device without it."""
+        unit = unit_of(self.made)
+        return [
+            "SPEC = EffectSpec(",
+            f'    name="{self.name}",',
+            f'    title="{self.title}",',
+            f'    equation="{self.equation}",',
+            '    reference="found by mrfit discover --formulas",',
+            f'    slot="{"output" if self.on_law else "add"}",',
+            f'    outputs=("{self.made}",),',
+            f"    inputs=({''.join(f'{c!r}, ' for c in self.channels)}),",
+            "    params=(",
+            *(f"        {_strength(name, force, unit)}," for name, force in self.forces.items()),
+            "    ),",
+            f"    neutral=({'0.0, ' * len(self.forces)}),",
+            f"    aliases={_mistaken_for(self.channels, self.made)!r},",
+            '    experiment="tests at amplitudes, speeds and currents between those that it was found on, and "',
+            '    "beyond: it must keep its strength in all of them",',
+            *([] if self.steady else ["    steady=False,"]),
+            ")",
+        ]
+
+
 def source(rows: FormulaRows, formula: Formula) -> str:
     """Return the source of an effect with a strength for each term; variables are held at the edge of the visited.
 
     A gain of the place is written without its mean over the stroke, which is the law's: a fit leaves it to the base.
     """
     made = rows.setting.records[0].made
-    unit = unit_of(made)
     used = [v for v in variables_of(formula) if v != "L"]
     on_law = "L" in variables_of(formula)
     channels = [channel_of(v, made) for v in used]
@@ -29,8 +82,18 @@ def source(rows: FormulaRows, formula: Formula) -> str:
     added = " + ".join(f"{f} * {_product(rows, t)}" for f, t in zip(strengths, formula.terms, strict=True))
     scaled = [_scaled(rows, v) for v in inputs]
     values = ", ".join(f'channels["{c}"]' for c in channels)
-    slot, signature, first = ("output", "output, channels", "output, ") if on_law else ("add", "channels", "")
+    signature, first = ("output, channels", "output, ") if on_law else ("channels", "")
     function = "shape" if on_law else "term"
+    spec = FoundSpec(
+        NAME,
+        "Force found in the data",
+        "F = F_base + " + " + ".join(f"{f}*g{k + 1}" for k, f in enumerate(strengths)),
+        made,
+        channels,
+        dict(zip(strengths, formula.theta * rows.scales["L"].size, strict=True)),
+        on_law,
+        steady=not set(used) & set("tT"),
+    )
     lines = [
         '"""Force found in the data; outside what was visited its variables are held at the edge.',
         "",
@@ -44,26 +107,7 @@ def source(rows: FormulaRows, formula: Formula) -> str:
         "from mrfit.core.specs import EffectSpec, Param",
         "from mrfit.kernels.theta import columns",
         "",
-        "SPEC = EffectSpec(",
-        f'    name="{NAME}",',
-        '    title="Force found in the data",',
-        f'    equation="F = F_base + {" + ".join(f"{f}*g{k + 1}" for k, f in enumerate(strengths))}",',
-        '    reference="found by mrfit discover --formulas",',
-        f'    slot="{slot}",',
-        f'    outputs=("{made}",),',
-        f"    inputs=({''.join(f'{c!r}, ' for c in channels)}),",
-        "    params=(",
-        *(
-            f"        {strength(f, theta * rows.scales['L'].size, unit)},"
-            for f, theta in zip(strengths, formula.theta, strict=True)
-        ),
-        "    ),",
-        f"    neutral=({'0.0, ' * len(strengths)}),",
-        f"    aliases={mistaken_for(channels, made)!r},",
-        '    experiment="tests at amplitudes, speeds and currents between those that it was found on, and beyond: it "',
-        '    "must keep its strength in all of them",',
-        *(["    steady=False,"] if set(used) & set("tT") else []),
-        ")",
+        *spec.lines(),
         "",
         "",
         f"def law({', '.join([*inputs, *strengths])}):",
@@ -109,14 +153,14 @@ def _expression(f: Factor, mean: float) -> str:
     return f"({text} - {number(mean)})" if mean else f"({text})"
 
 
-def strength(name: str, force: float, unit: str) -> str:
+def _strength(name: str, force: float, unit: str) -> str:
     """Return the parameter of a term, ``f1``, as a source has it, of the force that was found."""
     bound = number(max(STANDARD.formula_bound * abs(force), STANDARD.formula_least_bound)).strip("()")
     text = f"force of term {name[1:]} at full scale, found {force:.6g}"
     return f'Param("{name}", "{unit}", -{bound}, {bound}, 0.0, text="{text}")'
 
 
-def mistaken_for(channels: list[str], made: str) -> tuple[str, ...]:
+def _mistaken_for(channels: list[str], made: str) -> tuple[str, ...]:
     """Return effects that add to the output what the same channels make: a formula may be mistaken for them."""
     specs = [registry.load("effect", n).SPEC for n in own_names("effect")]
     able = [s for s in specs if made in s.outputs]

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from mrfit.core.channels import CONTROL, MOTION, unit_of
+from mrfit.core.channels import CONTROL, MOTION
 from mrfit.core.specs import Array
-from mrfit.discover.formula.plugin import mistaken_for, number, strength
+from mrfit.discover.formula.plugin import FoundSpec, number
 from mrfit.discover.invariance.nuisance import Scales
 from mrfit.discover.repair.terms import LawTerm
 
@@ -32,7 +32,7 @@ def source(terms: Sequence[LawTerm], theta: Array, scales: Scales, made: str) ->
         f"z{k}" if t.operator.memory == "lag" else t.expression(**ends["now"], z=f"z{k}") for k, t in enumerate(terms)
     ]
     begun = [t.expression(**ends["now"]) if t.operator.memory == "lag" else "0.0" for t in terms]
-    made_by, slot = ("rows_of", "output") if on_law else ("response_of", "add")
+    made_by = "rows_of" if on_law else "response_of"
     given = ", ".join(f'channels["{c}"]' for c in channels)
     returned = f"now[0] + {_sum(names, values)}" if on_law else _sum(names, values)
     function = (
@@ -42,8 +42,16 @@ def source(terms: Sequence[LawTerm], theta: Array, scales: Scales, made: str) ->
         else ["def term(channels, theta, dt):", '    """Return the part that is added to the output (P, N)."""']
         + [f"    return _stepped(np.stack([{given}]), theta, dt)"]
     )
-    unit = unit_of(made)
-    params = [f"        {strength(n, float(f) * scales.span, unit)}," for n, f in zip(names, theta, strict=True)]
+    spec = FoundSpec(
+        REPAIR_NAME,
+        "Terms that the law lacks",
+        f"F = F_base + {text}",
+        made,
+        channels,
+        dict(zip(names, theta * scales.span, strict=True)),
+        on_law,
+        steady=all(t.operator.memory != "wear" for t in terms),
+    )
     return "\n".join(
         [
             '"""Terms that the law lacks, found in the data.',
@@ -58,23 +66,7 @@ def source(terms: Sequence[LawTerm], theta: Array, scales: Scales, made: str) ->
             f"from mrfit.kernels.elements import {made_by}",
             *(["from mrfit.kernels.filters import lag_step"] if any(t.operator.memory == "lag" for t in terms) else []),
             "",
-            "SPEC = EffectSpec(",
-            f'    name="{REPAIR_NAME}",',
-            '    title="Terms that the law lacks",',
-            f'    equation="F = F_base + {text}",',
-            '    reference="found by mrfit discover --formulas",',
-            f'    slot="{slot}",',
-            f'    outputs=("{made}",),',
-            f"    inputs=({''.join(f'{c!r}, ' for c in channels)}),",
-            "    params=(",
-            *params,
-            "    ),",
-            f"    neutral=({'0.0, ' * len(terms)}),",
-            f"    aliases={mistaken_for(channels, made)!r},",
-            '    experiment="tests at amplitudes, speeds and currents between those that it was found on, and "',
-            '    "beyond: it must keep its strength in all of them",',
-            *(["    steady=False,"] if any(t.operator.memory == "wear" for t in terms) else []),
-            ")",
+            *spec.lines(),
             "",
             "",
             "def rest(now, theta):",

@@ -23,7 +23,7 @@ def with_law_repair(found: DiscoveryFile, bench: Bench, base: Refit, policy: Pol
     if why := not_applicable(output, bench.channels):
         return found.model_copy(update={"lacking": LawRepair(reason=why)})
     try:
-        repair = repaired(base_on(bench, base, "train"), base_on(bench, base, "holdout"), policy)
+        repair = repaired(*base_on(bench, base), policy)
     except np.linalg.LinAlgError:
         repair = Repair((), "the equations of the base and a term have no solution on these data")
     laws = [o for o in found.other_laws if o.holdout_nrmse is not None]
@@ -34,12 +34,17 @@ def with_law_repair(found: DiscoveryFile, bench: Bench, base: Refit, policy: Pol
     return found.model_copy(update={"lacking": entry})
 
 
-def base_on(bench: Bench, base: Refit, role: str) -> FittedBase:
-    """Return a fitted base on the records of a role."""
+def base_on(bench: Bench, base: Refit) -> tuple[FittedBase, FittedBase]:
+    """Return a fitted base on the training records, and on those that are held out."""
     records = [from_block(s.block, s.names, base.assembly.spec.output) for s in bench.stretches]
     left = left_by(bench, records, base)
-    own = [k for k, s in enumerate(bench.stretches) if s.segment.role == role]
-    return fitted_base(base, [records[k] for k in own], [left[k] for k in own])
+    roles = [s.segment.role for s in bench.stretches]
+
+    def of(role: str) -> FittedBase:
+        own = [k for k, r in enumerate(roles) if r == role]
+        return fitted_base(base, [records[k] for k in own], [left[k] for k in own])
+
+    return of("train"), of("holdout")
 
 
 def entry_of(repair: Repair, output: str) -> LawRepair:

@@ -1,6 +1,7 @@
 """A typed tree as MATLAB: what a function changes of its arguments, or fills in, becomes an output of it."""
 
 from collections.abc import Sequence
+from itertools import count
 
 from mrfit.export.printer import ir, shaping
 from mrfit.export.text import ascii_line
@@ -160,9 +161,7 @@ class MatlabPrinter:
         if isinstance(value, ir.Subscript):
             return self.item(value)
         if isinstance(value, ir.Conditional):
-            name = "chosen_1"
-            while name in self.taken:
-                name = f"chosen_{int(name.rpartition('_')[2]) + 1}"
+            name = next(n for k in count(1) if (n := f"chosen_{k}") not in self.taken)
             self.taken.add(name)
             self.set(name, value)
             return name
