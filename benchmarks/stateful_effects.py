@@ -1,9 +1,12 @@
 """Effects with a state hidden beside an exact base: whether discovery names them, and with which values.
 
 `python -m benchmarks.stateful_effects --seed 1 --count 40`
+`python -m benchmarks.stateful_effects --seed 1 --count 40 --wrong-law`
 
 Every case draws a base with its start values scattered, an effect with its own values, nine sine tests and noise. A
-case is right if the effect is all that is named, or one of a set that the data do not tell apart.
+case is right if the effect is all that is named, or one of a set that the data do not tell apart. Beside a wrong law
+discovery is given another base. Any law may remember the motion as the effect does, so a case is right if the effect is
+named, or is said to be one that the law could imitate. Effects named beside it may be what the given law lacks.
 """
 
 import argparse
@@ -68,18 +71,22 @@ def recordings(whole: Assembly, theta: np.ndarray, rng: np.random.Generator) -> 
     ]
 
 
-def row_of(effect: str, seed: int, number: int) -> dict[str, object]:
+def row_of(effect: str, seed: int, number: int, wrong_law: bool) -> dict[str, object]:
     """Return what discovery says of a case."""
     rng = np.random.default_rng(crc32(f"{effect}-{seed}-{number}".encode()))
     base = str(rng.choice(BASES))
     whole = assemble(f"{base}+{effect}" if effect else base)
     theta = values_of(whole, effect, rng)
+    logs = recordings(whole, theta, rng)
+    given = str(rng.choice([b for b in BASES if b != base])) if wrong_law else base
     start = time.process_time()
-    found = mrfit.discover(recordings(whole, theta, rng), base, progress=False)
+    found = mrfit.discover(logs, given, progress=False)
     named = [e.name for e in found.effects]
-    among = effect in found.ambiguous_set and set(named) <= {effect}
-    outcome = "right" if named == [effect] or (among and not named) or (not effect and found.verdict == "none") else ""
-    outcome = outcome or ("wrong" if set(named) - {effect} else "not named")
+    lawful = [*found.confounded.index] if wrong_law else []
+    among = effect in (*found.ambiguous_set, *lawful) and set(named) <= {effect}
+    nothing = not effect and not named and (wrong_law or found.verdict == "none")
+    outcome = "right" if named == [effect] or (among and not named) or nothing else ""
+    outcome = outcome or ("beside others" if effect in named else "wrong" if named else "not named")
     truth = dict(zip(whole.spec.names, theta.tolist(), strict=True))
     held = [
         p.low <= truth[f"{e.name}.{p.name}"] <= p.high
@@ -89,8 +96,9 @@ def row_of(effect: str, seed: int, number: int) -> dict[str, object]:
     ]
     own = {n: round(v, 7) for n, v in truth.items() if effect and n.startswith(effect)}
     return {
-        "effect": effect, "base": base, "number": number, "outcome": outcome, "verdict": found.verdict, "named": named,
-        "set": list(found.ambiguous_set), "truth": own, "intervals hold": held,
+        "effect": effect, "base": base, "given": given, "number": number, "outcome": outcome,
+        "verdict": found.verdict, "named": named, "set": list(found.ambiguous_set), "lawful": lawful,
+        "truth": own, "intervals hold": held,
         "before": found.gap.before, "after": found.gap.after, "noise": found.gap.noise_floor,
         "seconds": round(time.process_time() - start, 1),
     }  # fmt: skip
@@ -101,15 +109,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=40, help="spread evenly over the effects and none")
+    parser.add_argument("--wrong-law", action="store_true", help="give discovery another base than the true one")
     given = parser.parse_args()
     rows = []
     for number in range(given.count):
-        rows.append(row_of([*DRAWN][number % len(DRAWN)], given.seed, number))
+        rows.append(row_of([*DRAWN][number % len(DRAWN)], given.seed, number, given.wrong_law))
         print(json.dumps(rows[-1]), flush=True)
     for effect in DRAWN:
         own = [r["outcome"] for r in rows if r["effect"] == effect]
         held = [h for r in rows if r["effect"] == effect for h in r["intervals hold"]]
-        counts = ", ".join(f"{word} {own.count(word)}" for word in ("right", "not named", "wrong"))
+        counts = ", ".join(f"{word} {own.count(word)}" for word in ("right", "beside others", "not named", "wrong"))
         print(f"{effect or 'nothing'}: {counts} of {len(own)}; intervals hold {sum(held)} of {len(held)}")
 
 
