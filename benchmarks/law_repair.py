@@ -31,7 +31,7 @@ from mrfit.discover.evidence.refit import Fitter
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.repair.choice import Choice, ConditionGrams, chosen
 from mrfit.discover.repair.proposal import of_chance, repaired
-from mrfit.discover.repair.rows import FittedBase
+from mrfit.discover.repair.rows import FittedBase, RepairRows, shifted
 from mrfit.discover.writing.law_repair import base_on
 from mrfit.simulate.assembly import assemble
 
@@ -66,7 +66,7 @@ def row_of(case: Case, draws: int) -> dict[str, object]:
     row |= {"terms": [t.text(rows.scales) for t in found.terms], "kinds": [t.kind for t in found.terms]}
     row |= {"takes": round(tried.takes, 3), "alike": sorted({rows.terms[p].kind for p in tried.alike})}
     row["held_out"] = [round(e, 5) for e in found.errors or ()]
-    before, after = nested(ConditionGrams(rows.grams(), rows.base.shape[1]))
+    before, after = nested(rows)
     row["nested"] = [round(float(np.sqrt(e.sum() / len(rows.target))), 5) for e in (before, after)]
     drawn = of_chance(rows, np.random.default_rng(1), draws, STANDARD)
     return row | {"passed": sum(passes(drawn, k) for k in range(draws)), "draws": draws}
@@ -78,14 +78,21 @@ def passes(drawn: list[Choice], at: int) -> bool:
     return bool(drawn[at].steps) and drawn[at].first.takes > max(others)
 
 
-def nested(grams: ConditionGrams) -> list[Array]:
-    """Return squared errors (G,) of conditions that took no part in the choice, of the base and of the choice."""
-    before, after = [], []
-    for k in range(len(grams.grams)):
-        choice = chosen(ConditionGrams(np.delete(grams.grams, k, axis=0), grams.own), STANDARD)
-        before.append(grams.error((), k))
-        after.append(grams.error(choice.places, k))
-    return [np.array(before), np.array(after)]
+def nested(rows: RepairRows) -> list[Array]:
+    """Return squared errors (G,) of conditions that took no part in the choice, of the base and of the choice.
+
+    The whole rule is applied without each condition: its terms of chance too.
+    """
+    own, rng = rows.base.shape[1], np.random.default_rng(0)
+    grams = ConditionGrams(rows.grams(), own)
+    count = range(len(grams.grams))
+    chance = np.zeros(len(count))
+    for _ in range(STANDARD.repair_draws):
+        drawn = ConditionGrams(rows.grams(shifted(rows, rng)), own)
+        chance = np.maximum(chance, [chosen(drawn.without(k), STANDARD, most=1).first.takes for k in count])
+    found = [chosen(grams.without(k), STANDARD) for k in count]
+    places = [c.places if c.first.takes > most else [] for c, most in zip(found, chance, strict=True)]
+    return [np.array([grams.error(p, k) for k, p in enumerate(taken)]) for taken in ([[]] * len(count), places)]
 
 
 def cases(given: argparse.Namespace) -> Iterator[Case]:

@@ -8,6 +8,7 @@ import numpy as np
 from mrfit.advise.choose import Judge, Mask, ScoredTest, Task, TestChoice, choose
 from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test
+from mrfit.advise.readings import ReadingSet
 from mrfit.advise.rig import Rig
 from mrfit.advise.rivals import NO_MORE_RIVALS, Rival, rivals_of, spec_of
 from mrfit.advise.separation import RivalSet
@@ -16,6 +17,7 @@ from mrfit.advise.standing import DRAWS, RivalModel, fitted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench
+from mrfit.discover.invariance.records import from_block
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.simulate.assembly import assemble
@@ -34,7 +36,7 @@ class SeparationAdvice:
     Attributes
     ----------
     rivals
-        Names of the models.
+        Names of the models, or the readings.
     pairs
         Every two of them.
     before
@@ -46,20 +48,20 @@ class SeparationAdvice:
     companion
         A second test of the kind of the first one, to be held out; None if there is none.
     contest
-        The models.
+        The models, or the readings of a formula.
     """
 
-    rivals: tuple[Rival, ...]
-    pairs: tuple[tuple[int, int], ...]
+    rivals: tuple[str, ...]
+    pairs: tuple[tuple[str, str], ...]
     before: Array
     open: Mask
     chosen: TestChoice
     companion: ScoredTest | None
-    contest: RivalSet
+    contest: RivalSet | ReadingSet
 
 
 def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> SeparationAdvice:
-    """Return the tests that separate the rivals that a discovery left standing.
+    """Return the tests that separate the readings of a formula, or the rivals, that a discovery left standing.
 
     Raises
     ------
@@ -71,17 +73,19 @@ def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: 
     model = _model(found, seed)
     specimen = Specimen.of(bench, assemble(model.base, model.dependence), rig)
     rigged = rigged_of(bench, specimen.channels, rig)
-    rivals = _movable(rivals_of(found), bench, specimen, rig)
-    standings = fitted(bench, model, rivals, progress)
-    draws = [s.draws(DRAWS, np.random.default_rng([seed, k])) for k, s in enumerate(standings)]
-    noise = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
-    contest = RivalSet.of(standings, draws, noise, specimen)
+    contest: RivalSet | ReadingSet
+    if found.proposed and len(found.proposed.readings) > 1:
+        output = assemble(model.base).spec.output
+        records = [from_block(s.block, s.names, output) for s in bench.of_role("train")]
+        contest = ReadingSet.of(records, found.proposed, specimen)
+    else:
+        rivals = _movable(rivals_of(found), bench, specimen, rig)
+        contest = _models(bench, model, rivals, specimen, progress)
+    most = rig.force if rig.force is not None and specimen.channels.rate else np.inf
 
     def judge(test: Test) -> ScoredTest | None:
-        shown = contest.shown(test)
-        if not shown.finite or (rig.force is not None and specimen.channels.rate and shown.peak > rig.force):
-            return None
-        return ScoredTest(test, contest.distances(shown))
+        distances = contest.apart(test, most)
+        return None if distances is None else ScoredTest(test, distances)
 
     chosen = choose(Task(rigged, judge, lambda most: most >= ERRORS_APART, rigged.kinds), seed, progress)
     if not chosen.tests:
@@ -89,7 +93,19 @@ def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: 
         raise ConfigError(f"every test within [rig] {limit}; give other limits")
     separable = chosen.most >= ERRORS_APART
     companion = _companion(rigged, judge, chosen.tests[0].test, separable, seed + 1)
-    return SeparationAdvice(tuple(rivals), tuple(contest.pairs), contest.left(), separable, chosen, companion, contest)
+    names = contest.names
+    pairs = tuple((names[a], names[b]) for a, b in contest.pairs)
+    return SeparationAdvice(names, pairs, contest.left(), separable, chosen, companion, contest)
+
+
+def _models(
+    bench: Bench, model: RivalModel, rivals: Sequence[Rival], specimen: Specimen, progress: Progress
+) -> RivalSet:
+    """Return rivals fitted to the data there are, with what they may be."""
+    standings = fitted(bench, model, rivals, progress)
+    draws = [s.draws(DRAWS, np.random.default_rng([model.seed, k])) for k, s in enumerate(standings)]
+    noise = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
+    return RivalSet.of(standings, draws, noise, specimen)
 
 
 def _companion(rigged: Rigged, judge: Judge, first: Test, separable: Mask, seed: int) -> ScoredTest | None:

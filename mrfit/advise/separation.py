@@ -101,9 +101,15 @@ class RivalSet:
         """Every two rivals, by their places."""
         return list(combinations(range(len(self.standings)), 2))
 
-    def names(self, pair: tuple[int, int]) -> tuple[str, str]:
-        """Return the names of a pair."""
-        return self.standings[pair[0]].rival.name, self.standings[pair[1]].rival.name
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the rivals."""
+        return tuple(s.rival.name for s in self.standings)
+
+    def apart(self, test: Test, most: float) -> Array | None:
+        """Return the distances of a test; None where a rival cannot be simulated or takes more than a force in N."""
+        shown = self.shown(test)
+        return self.distances(shown) if shown.finite and shown.peak <= most else None
 
     def shown(self, test: Test) -> TestOutcome:
         """Return what a test would show of every rival."""

@@ -8,6 +8,7 @@ import numpy as np
 from mrfit.advise import drawing, words
 from mrfit.advise.choose import Mask, ScoredTest, TestChoice
 from mrfit.advise.parameters import known_of, narrow, widths
+from mrfit.advise.readings import ReadingSet
 from mrfit.advise.rig import Rig, read_rig, rig_beside
 from mrfit.advise.rivalry import separate
 from mrfit.advise.specimen import Specimen, rigged_of
@@ -40,7 +41,7 @@ class AdviceFiles:
     drives
         File name -> text of each drive.
     figure
-        The rivals' predicted loops on the first test, as SVG and PNG; None of an advice on parameters.
+        The rivals' predicted loops on the first test, as SVG and PNG; None of an advice on parameters or readings.
     """
 
     content: AdviceFile
@@ -135,10 +136,9 @@ def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progre
     """Return the tests that separate what a discovery left standing."""
     advice = separate(bench, found, rig, seed, progress)
     contest, chosen = advice.contest, advice.chosen
-    names = [contest.names(pair) for pair in advice.pairs]
     pairs = tuple(
         Pair(names=n, before=float(b), separable=bool(o))
-        for n, b, o in zip(names, advice.before, advice.open, strict=True)
+        for n, b, o in zip(advice.pairs, advice.before, advice.open, strict=True)
     )
     drives: dict[str, str] = {}
     tests = tuple(
@@ -147,9 +147,9 @@ def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progre
     other = advice.companion
     second = None if other is None else _row(other, "companion.csv", contest.specimen, advice.open, drives)
     content = AdviceFile(
-        goal="rivals",
+        goal="readings" if isinstance(contest, ReadingSet) else "rivals",
         model=found.base_model,
-        rivals=tuple(r.name for r in advice.rivals),
+        rivals=advice.rivals,
         pairs=pairs,
         text=tuple(words.of_rivals(pairs, tests, second)),
         tests=tests,
@@ -161,6 +161,8 @@ def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progre
         seed=seed,
         code=code_version("advise"),
     )
+    if isinstance(contest, ReadingSet):
+        return AdviceFiles(content, drives)
     return AdviceFiles(content, drives, drawing.loops(contest, chosen.tests[0].test, tests[0].text))
 
 

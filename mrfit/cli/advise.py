@@ -74,7 +74,7 @@ def _say(made: AdviceFile, work: Path) -> None:
     if made.widths:
         shown = [[w.name, w.unit, w.value, w.before, w.after] for w in made.widths]
         console.print_table("Half-widths of 95 % intervals", ("parameter", "unit", "value", "now", "expected"), shown)
-    console.say(f"Drives{' and loops' if made.pairs else ''}: {work / 'advise'}")
+    console.say(f"Drives{' and loops' if made.goal == 'rivals' else ''}: {work / 'advise'}")
 
 
 def _row(test: AdvisedTest, apart: list[int]) -> list[object]:

@@ -12,7 +12,15 @@ from mrfit.discover.formula.proposal import Proposal
 from mrfit.discover.formula.rows import FormulaRows, Scale
 from mrfit.discover.formula.standing import Formula
 from mrfit.discover.policy import STANDARD
-from mrfit.io.schemas.discovery import EffectParameter, FormulaRange, ProposedFormula
+from mrfit.io.schemas.discovery import (
+    EffectParameter,
+    FormulaFactor,
+    FormulaRange,
+    FormulaReading,
+    FormulaScale,
+    FormulaTerm,
+    ProposedFormula,
+)
 
 
 def channel_of(variable: str, made: str) -> str:
@@ -34,10 +42,11 @@ def proposed(found: Proposal) -> ProposedFormula:
         _coefficient(rows, t, k, (float(rest * theta), float(rest * half)), made)
         for k, (t, rest, theta, half) in enumerate(zip(formula.terms, rests, formula.theta, spread, strict=True))
     ]
+    readings = tuple({text_of(rows, f): _reading(rows, f) for f in (formula, *found.alike)}.values())
     return ProposedFormula(
-        text=text_of(rows, formula),
+        text=readings[0].text,
         coefficients=tuple(terms),
-        alike=tuple(dict.fromkeys(text_of(rows, f) for f in found.alike)),
+        alike=tuple(r.text for r in readings[1:]),
         law=errors.law if errors else None,
         after=errors.after if errors else None,
         closed=errors.closed if errors else None,
@@ -45,7 +54,20 @@ def proposed(found: Proposal) -> ProposedFormula:
         clear=min(sure.clear(formula.theta), STANDARD.largest_score),
         left=1.0 / formula.cancelled,
         box=tuple(box_of(rows, formula)),
+        readings=readings,
+        scales=tuple(FormulaScale(symbol=n, origin=s.origin, size=s.size) for n, s in rows.scales.items()),
     )
+
+
+def _reading(rows: FormulaRows, formula: Formula) -> FormulaReading:
+    terms = tuple(
+        FormulaTerm(
+            factors=tuple(FormulaFactor(variable=f.variable, kind=f.kind, constants=f.constants) for f in t.factors),
+            coefficient=float(theta),
+        )
+        for t, theta in zip(formula.terms, formula.theta, strict=True)
+    )
+    return FormulaReading(text=text_of(rows, formula), terms=terms)
 
 
 def text_of(rows: FormulaRows, formula: Formula) -> str:

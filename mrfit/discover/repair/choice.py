@@ -2,8 +2,8 @@
 
     y - F_base = J d + sum_k theta_k s_k + noise,    J the sensitivities of the base to its parameters
 
-A term is taken if the error of conditions left out falls by enough, clearly over conditions, and by more than chance
-makes of terms that are shifted in time. All errors are made of one Gram matrix a condition.
+A term is taken if the error of conditions left out falls by enough without any one of them, clearly over conditions,
+and by more than chance makes of terms that are shifted in time. All errors are made of one Gram matrix a condition.
 """
 
 from collections.abc import Sequence
@@ -27,14 +27,16 @@ class TriedTerm:
         Squared errors of conditions left out (G,) with it.
     alike
         Terms that do as well.
-    takes
-        Share of the squared error of conditions left out that it takes, conditions weighed alike.
+    takes, least
+        Share of the squared error of conditions left out that it takes, conditions weighed alike; the least share with
+        one more of them left out, whichever it is.
     """
 
     place: int
     errors: Array
     alike: tuple[int, ...]
     takes: float
+    least: float
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,10 @@ class ConditionGrams:
     def columns(self, places: Sequence[int]) -> list[int]:
         """Return the columns of the base and of some terms."""
         return [*range(self.own), *(self.own + p for p in places)]
+
+    def without(self, condition: int) -> "ConditionGrams":
+        """Return the same without a condition."""
+        return ConditionGrams(np.delete(self.grams, condition, axis=0), self.own)
 
     def fitted(self, places: Sequence[int], left_out: int | None = None) -> Array:
         """Return coefficients (K + k,) of base and terms, fitted to all conditions but one."""
@@ -136,10 +142,12 @@ def chosen(grams: ConditionGrams, policy: Policy, most: int | None = None) -> Ch
         tried = grams.errors_with_each([s.place for s in steps])
         sums, now = weights @ tried, float(weights @ errors)
         good = np.flatnonzero(sums <= sums.min() + policy.repair_same * max(now - sums.min(), 0.0))
-        step = TriedTerm(
-            int(good[0]), tried[:, good[0]], tuple(int(p) for p in good[1:]), 1.0 - float(sums[good[0]]) / now
-        )
-        if step.takes < policy.repair_takes or not clear(weights * (errors - step.errors), policy):
+        left, best = weights * errors, weights * tried[:, good[0]]
+        # one condition alone is not to decide
+        least = 1.0 - float(np.max((best.sum() - best) / (left.sum() - left)))
+        alike = tuple(int(p) for p in good[1:])
+        step = TriedTerm(int(good[0]), tried[:, good[0]], alike, 1.0 - float(sums[good[0]]) / now, least)
+        if step.least < policy.repair_takes or not clear(weights * (errors - step.errors), policy):
             return Choice(base, tuple(steps), step)
         steps.append(step)
         errors = step.errors

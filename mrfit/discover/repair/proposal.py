@@ -60,11 +60,11 @@ def repaired(learnt: FittedBase, held_out: FittedBase | None, policy: Policy = S
         return Repair((), "there are too few records to leave some out")
     found = chosen(grams, policy)
     drawn = of_chance(rows, np.random.default_rng(0), policy.repair_draws, policy)
-    chance, takes = (max(0.0, *(c.first.takes for c in own)) for own in (drawn, [found]))
+    chance, takes, least = max(0.0, *(c.first.takes for c in drawn)), found.first.takes, found.first.least
     if not found.places or takes <= chance:
         why = (
-            f"the best of {len(rows.terms)} terms takes {takes:.0%} of the squared error on conditions left out, "
-            f"terms shifted in time up to {chance:.0%}"
+            f"the best of {len(rows.terms)} terms takes {max(takes, 0.0):.0%} of the squared error on conditions left "
+            f"out, {max(least, 0.0):.0%} without one of them, terms shifted in time up to {chance:.0%}"
         )
         return Repair((), why, rows, found, chance=chance)
     theta, spread = (

@@ -60,11 +60,11 @@ class AdviceFile(Document):
     Attributes
     ----------
     goal
-        ``rivals`` or ``parameters``.
+        ``rivals``, ``readings`` of a formula, or ``parameters``.
     model
         Base model of the discovery, or model of the fit.
     rivals, pairs
-        The models to separate.
+        The models or readings to separate.
     text
         What to do, in sentences.
     tests

@@ -387,6 +387,36 @@ class FormulaRange(Row):
     high: float
 
 
+class FormulaScale(Row):
+    """Origin and size in SI of a variable of a formula: scaled it is (u - origin)/size."""
+
+    symbol: str
+    origin: float
+    size: float
+
+
+class FormulaFactor(Row):
+    """A factor of a term: its variable, its kind, and its constants."""
+
+    variable: str
+    kind: str
+    constants: tuple[float, ...] = ()
+
+
+class FormulaTerm(Row):
+    """A term with its coefficient, force over the output's range, of scaled variables."""
+
+    factors: tuple[FormulaFactor, ...]
+    coefficient: float
+
+
+class FormulaReading(Row):
+    """A reading of a formula: in SI, and by its terms."""
+
+    text: str
+    terms: tuple[FormulaTerm, ...]
+
+
 class ProposedFormula(Row):
     """A formula for what no law makes and no effect describes, or why none is proposed.
 
@@ -410,6 +440,8 @@ class ProposedFormula(Row):
         Share of its force that no law makes: only this part is known.
     box
         Ranges of its variables within which it holds.
+    readings, scales
+        The formula and those that the data do not tell from it, term by term, and the scales of their variables.
     """
 
     reason: str = ""
@@ -425,6 +457,8 @@ class ProposedFormula(Row):
     clear: float = 0.0
     left: float = 0.0
     box: tuple[FormulaRange, ...] = ()
+    readings: tuple[FormulaReading, ...] = ()
+    scales: tuple[FormulaScale, ...] = ()
 
 
 class LawRepair(Row):
