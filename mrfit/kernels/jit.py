@@ -166,6 +166,9 @@ def kernel(function: F, kept: bool = True, counted: bool = True) -> F:
     What is not mrfit's own is not ``kept`` on disk: the folder's key does not know its source.
     """
     options: Any = {"cache": kept, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": counted}
+    # what other kernels alone call needs no entry from Python, which for tuples of arrays takes long to compile
+    inner = not counted and function.__name__.startswith("_")
+    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": inner}
     compiled: Any = numba.njit(**options)(function)
     own_compile, own_template = compiled.compile, compiled.get_call_template
     path = Path(os.environ["NUMBA_CACHE_DIR"]) / f"{function.__module__}.{function.__name__}.lock"
@@ -190,13 +193,24 @@ def kernel(function: F, kept: bool = True, counted: bool = True) -> F:
         return own_template(tuple(general(kind) for kind in arguments), plain)
 
     compiled.compile, compiled.get_call_template = compile_once, template_of
+    if inner:
+        # a call from Python would end the process
+        compiled._insert, compiled._compile_for_args = _pass_over, _refuse_python
     return cast(F, compiled)
+
+
+def _pass_over(*given: Any) -> None:
+    """Do nothing."""
+
+
+def _refuse_python(*given: Any, **named: Any) -> None:
+    raise TypeError("a borrowing kernel whose name begins with _ can be called by kernels alone")
 
 
 def borrowing(function: F) -> F:
     """Compile a kernel that makes and returns no arrays: references to those it is given are not counted.
 
-    Of a short one, counting takes most of its time.
+    Of a short one, counting takes most of its time. One whose name begins with _ can be called by kernels alone.
     """
     return kernel(function, counted=False)
 

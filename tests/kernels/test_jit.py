@@ -5,6 +5,7 @@ import stat
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -203,3 +204,17 @@ def test_an_array_that_does_not_fit_a_slice_is_refused_by_code_that_compiles_qui
         assigned(rows, np.zeros(2))
     # numba's own would put shapes into a text
     assert not [name for name in assigned.inspect_llvm(assigned.signatures[0]).split() if "unicode" in name]
+
+
+def test_a_private_borrowing_kernel_is_called_by_kernels_and_refuses_python() -> None:
+    @partial(kernel, kept=False, counted=False)
+    def _more(x: float) -> float:
+        return x + 1.0
+
+    @partial(kernel, kept=False)
+    def most(x: float) -> float:
+        return _more(x) + 1.0
+
+    assert most(1.0) == 3.0
+    with pytest.raises(TypeError, match="by kernels alone"):
+        _more(1.0)
