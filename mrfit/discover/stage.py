@@ -16,16 +16,18 @@ from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.evidence.gather import SimulatedEvidence, gather
 from mrfit.discover.evidence.plain_fit import with_plain_errors
-from mrfit.discover.evidence.refit import Fitter, Refit
+from mrfit.discover.evidence.refit import Fitter, Refit, usual
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import Floors, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
+from mrfit.discover.selection.rules import follows_the_output
 from mrfit.discover.writing.beside_open_law import beside_open_law
 from mrfit.discover.writing.contributions import contributions
 from mrfit.discover.writing.findings import findings, series_of
 from mrfit.discover.writing.formula import PLUGIN_FILE, with_formula
 from mrfit.discover.writing.law_repair import REPAIR_FILE, with_law_repair
 from mrfit.discover.writing.open_law import with_another_base
+from mrfit.discover.writing.regions import not_determined
 from mrfit.discover.writing.result import DiscoveryRequest, account
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
@@ -299,6 +301,9 @@ def _discovered(job: _Job) -> DiscoveryOutput:
     decided = _decided(job)
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     told = _exact(job, decided)
+    if lacking := _not_determined(job, decided):
+        chosen = replace(chosen, verdict="insufficient-data")
+        told = told.model_copy(update={"verdict": chosen.verdict, "advice": (lacking,), "suspects": ()})
     before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
     bench = gathering.fitter.bench
     floors = Floors(gathering.noise, bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout"))
@@ -357,6 +362,25 @@ def _decided(job: _Job) -> _DependenceChoice:
         if other.chosen.verdict in ("none", "named", "ambiguous"):
             found, currents = other, Currents(usual)
     return _DependenceChoice(found, currents)
+
+
+def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
+    """Return what the training tests do not determine of an unexplained base, empty where all tests leave an error."""
+    gathering, chosen = decided.judged.gathering, decided.judged.chosen
+    apart = chosen.base.train <= STANDARD.clearly_above < chosen.base.holdout
+    if chosen.verdict != "unexplained" or not apart or follows_the_output(gathering.repetition(chosen.base), STANDARD):
+        return ""
+    job.progress("base fit to all tests", 0, 1)
+    tests = replace(job.data, segments=[replace(s, role="train") for s in job.data.segments])
+    currents, key = current_dependence(job.settings, tests), f"{job.asked.key} all"
+    fitter = _fitter(job.workspace, _started(job.settings, currents), currents.dependence, tests, key)
+    errors = dict(
+        zip((s.segment.id for s in fitter.bench.stretches), fitter.first(job.settings.seed).train, strict=True)
+    )
+    job.progress("base fit to all tests", 1, 1)
+    bench, base = gathering.fitter.bench, gathering.refit_of(chosen.base)
+    left = usual([errors[s.segment.id] for s in bench.of_role("holdout")])
+    return not_determined(bench, base, left, STANDARD) if left <= STANDARD.clearly_above else ""
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:

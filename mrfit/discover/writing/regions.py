@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.core.channels import unit_of
+from mrfit.core.channels import CONTROL, MOTION, unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, Stretch
+from mrfit.discover.evidence.refit import Refit, usual
 from mrfit.discover.policy import STANDARD, Policy
 
 Mask = NDArray[np.bool_]
@@ -179,6 +180,39 @@ def beyond_training(bench: Bench, policy: Policy) -> list[str]:
                 "(`mrfit segment --holdout PATTERN`)"
             )
     return said
+
+
+def not_determined(bench: Bench, base: Refit, left: float, policy: Policy) -> str:
+    """Return which held-out tests the training tests do not determine a base at, for a base that suits all tests.
+
+    Parameters
+    ----------
+    bench
+        The data.
+    base
+        The base as fitted to the training tests.
+    left
+        Error of a fit to all tests on the held-out ones, in multiples of the noise floor.
+    policy
+        The thresholds.
+    """
+    errors = zip(bench.of_role("holdout"), base.holdout, strict=True)
+    tests = dict.fromkeys(_setting(s) for s, error in errors if usual([error]) > policy.clearly_above)
+    return (
+        f"a fit to all tests leaves {left:.2g} noise floors where a fit to the training tests leaves "
+        f"{base.chi('holdout'):.2g}: these do not determine the base at {', '.join(tests)}; "
+        "log a second test at each of these settings and hold out only one of the two"
+    )
+
+
+def _setting(stretch: Stretch) -> str:
+    """Return a test's condition with its largest speed and current."""
+    parts = []
+    for name in (*(rate for _, rate, _ in MOTION.values()), CONTROL):
+        values = stretch.channel(name)
+        if values is not None:
+            parts.append(f"{float(np.max(np.abs(values))):.2g} {unit_of(name)}")
+    return f"{stretch.segment.condition} (up to {' and '.join(parts)})" if parts else stretch.segment.condition
 
 
 def _range(stretches: Sequence[Stretch], name: str) -> tuple[float, float]:
