@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from mrfit.core import registry
+from mrfit.discover.evidence.gather import library_effect
 from mrfit.discover.evidence.refit import Refit, paired_z, usual
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.selection.questions import Fit, LibraryEffect
+from mrfit.discover.selection.questions import Fit
 from mrfit.discover.selection.rules import limits
 from mrfit.search.cube import cube_of
 from mrfit.simulate.assembly import assemble
@@ -25,13 +26,16 @@ def ended(found: Refit, rival: str) -> int:
     """Return how many shape parameters of a fit's effect ended where it may be its rival."""
     (effect,) = found.effects
     row = Fit(0, found.effects, 1.0, 1.0, shapes={effect: found.shapes(effect)})
-    parameters = frozenset(p.name for p in registry.load("effect", rival).SPEC.params)
-    return limits(row, effect, LibraryEffect(rival, parameters=parameters), STANDARD)
+    return limits(row, effect, library_effect(registry.load("effect", rival).SPEC), STANDARD)
 
 
 def test_a_stribeck_velocity_at_its_bound_is_the_limit_of_coulomb_friction() -> None:
     assert ended(refit("stribeck", fs=10.0, vs=0.5), "coulomb-friction") == 1
     assert ended(refit("stribeck", fs=10.0, vs=0.02), "coulomb-friction") == 0
+
+
+def test_the_limit_of_a_form_is_none_of_an_effect_that_it_is_not_mistaken_for() -> None:
+    assert ended(refit("coulomb-friction", fc=10.0, v_r=1e-5), "inertia") == 0
 
 
 def test_a_shape_that_both_rivals_have_tells_nothing_of_either() -> None:

@@ -110,7 +110,8 @@ def alike(cosine: float) -> Rule:
 
 def ended(place: float, rival: str = "none") -> Rule:
     return lambda p: (
-        rules.limits(fit(1.0, "a", a={"v": place}), "a", LibraryEffect("b", frozenset(), frozenset({rival})), p) > 0
+        rules.limits(fit(1.0, "a", a={"v": place}), "a", LibraryEffect("b", frozenset({"a"}), frozenset({rival})), p)
+        > 0
     )
 
 

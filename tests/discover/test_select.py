@@ -80,11 +80,13 @@ def test_the_better_fit_loses_to_a_rival_beside_which_it_has_no_proof() -> None:
 
 def test_of_two_alike_the_one_whose_shape_ends_at_a_bound_is_the_limit_of_the_other() -> None:
     errors = {(): 10.0, ("a",): 1.5, ("b",): 1.5}
-    found = chosen(World(errors, shapes={"a": {"v": 0.99}}))
+    aliases = {"a": ("b",), "b": ("a",)}
+    found = chosen(World(errors, aliases=aliases, shapes={"a": {"v": 0.99}}))
     assert found.named == ("b",)
     assert found.reasons["a"] == "its shape ends at a bound, where it is no other than b"
-    assert chosen(World(errors, shapes={"b": {"v": 0.01}})).named == ("a",)
-    assert chosen(World(errors, shapes={"a": {"v": 0.5}})).verdict == "ambiguous"
+    assert chosen(World(errors, aliases=aliases, shapes={"b": {"v": 0.01}})).named == ("a",)
+    assert chosen(World(errors, aliases=aliases, shapes={"a": {"v": 0.5}})).verdict == "ambiguous"
+    assert chosen(World(errors, shapes={"a": {"v": 0.99}})).verdict == "ambiguous"
 
 
 def test_a_rival_that_leaves_far_more_for_certain_is_no_equal() -> None:

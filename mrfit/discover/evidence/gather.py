@@ -59,7 +59,7 @@ class SimulatedEvidence:
         progress: Progress,
     ) -> None:
         self.fitter = fitter
-        self.library = {e.name: _effect(e) for e in effects}
+        self.library = {e.name: library_effect(e) for e in effects}
         self.noise = fitter.bench.most_noise("holdout")
         self.progress = progress
         self._effects, self._policy, self._seed = effects, policy, seed
@@ -142,7 +142,8 @@ def gather(source: EvidenceSource, policy: Policy) -> Evidence:
     return recorder.evidence()
 
 
-def _effect(spec: EffectSpec) -> LibraryEffect:
+def library_effect(spec: EffectSpec) -> LibraryEffect:
+    """Return the entry of an effect in the library, with those that are mistaken for it."""
     others = (registry.load("effect", n).SPEC for n in registry.names("effect"))
     mistaken = {o.name for o in others if spec.name in o.aliases}
     return LibraryEffect(spec.name, frozenset(spec.aliases) | mistaken, frozenset(p.name for p in spec.params))

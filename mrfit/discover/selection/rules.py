@@ -149,8 +149,11 @@ def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
 def limits(fit: Fit, effect: str, rival: LibraryEffect, policy: Policy) -> int:
     """Return the number of an effect's shape parameters that ended at a bound: limits of its form.
 
-    Those that its rival has too say nothing of which of the two it is.
+    Those that its rival has too say nothing of which of the two it is; nor does the limit of a form that no one
+    mistakes for the rival.
     """
+    if effect not in rival.aliases:
+        return 0
     ended = {n: at for n, at in fit.shapes.get(effect, {}).items() if n not in rival.parameters}
     return sum(min(at, 1.0 - at) < policy.end_of_range for at in ended.values())
 
