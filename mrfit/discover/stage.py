@@ -16,7 +16,8 @@ from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.evidence.gather import SimulatedEvidence, gather
 from mrfit.discover.evidence.plain_fit import with_plain_errors
-from mrfit.discover.evidence.refit import Fitter, Refit, usual
+from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
+from mrfit.discover.evidence.screen import is_law_of_current
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import Floors, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
@@ -354,13 +355,16 @@ def _decided(job: _Job) -> _DependenceChoice:
     currents = current_dependence(job.settings, job.data)
     choice = currents.choice
     found = _judged(replace(job, settings=_started(job.settings, currents)), currents.dependence)
-    if choice is not None and not choice.by_role and found.chosen.verdict == "unexplained":
+    if choice is None or choice.by_role:
+        return _DependenceChoice(found, currents)
+    by_role = usual_dependence(job.settings, job.data)
+    if found.chosen.verdict == "unexplained" or _is_plainer(job, found, by_role):
         # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
-        usual = usual_dependence(job.settings, job.data)
         again = replace(job, asked=replace(job.asked, key=f"{job.asked.key} usual"))
-        other = _judged(again, usual)
-        if other.chosen.verdict in ("none", "named", "ambiguous"):
-            found, currents = other, Currents(usual)
+        other = _judged(again, by_role)
+        fewer = found.chosen.verdict == "unexplained" or set(other.chosen.effects) < set(found.chosen.effects)
+        if other.chosen.verdict in ("none", "named", "ambiguous") and fewer:
+            found, currents = other, Currents(by_role)
     return _DependenceChoice(found, currents)
 
 
@@ -381,6 +385,18 @@ def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
     bench, base = gathering.fitter.bench, gathering.refit_of(chosen.base)
     left = usual([errors[s.segment.id] for s in bench.of_role("holdout")])
     return not_determined(bench, base, left, STANDARD) if left <= STANDARD.clearly_above else ""
+
+
+def _is_plainer(job: _Job, found: _JudgedDependence, by_role: CurrentDependence | None) -> bool:
+    """Return whether laws of current by role leave no more beside fewer effects, without those that are such laws."""
+    final = found.chosen.final
+    rest = tuple(e for e in final.effects if not is_law_of_current(registry.load("effect", e).SPEC))
+    if rest == final.effects:
+        return False
+    fitter, start = found.gathering.fitter, dict(job.settings.start)
+    fitter = replace(fitter, dependence=by_role, start=start, known={}, judged={}, keep=lambda *_: None)
+    (plain,) = fitter.refits([RefitRequest(rest, (final.values,))])
+    return plain.chi("holdout") ** 2 <= STANDARD.simpler_error * final.holdout**2
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:

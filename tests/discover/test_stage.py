@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -27,6 +27,7 @@ from mrfit.report.explain import sentences
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
+from tests.discover.world import fit
 
 
 def test_a_complete_model_lacks_nothing(tmp_path: Path) -> None:
@@ -288,9 +289,32 @@ def test_what_is_held_out_is_at_currents_that_are_trained_where_it_can_be(traine
     assert bool(word) == bool(moved) and moved in word
 
 
+@dataclass(frozen=True)
+class LawsByRole:
+    """A fitter by which laws of current by role leave the noise beside any effects."""
+
+    dependence: CurrentDependence | None = None
+    start: Any = None
+    known: Any = None
+    judged: Any = None
+    keep: Any = None
+    bench: Any = field(default_factory=lambda: BENCH)
+
+    def refits(self, wanted: Any) -> Any:
+        """Return the one fit that is asked for."""
+        assert self.dependence == USUAL and len(wanted) == 1
+        return [SimpleNamespace(chi=lambda role: 1.0)]
+
+
 @pytest.mark.parametrize(
     ("by_role", "words", "taken"),
     [
+        # an effect that is a law of current has to survive laws by role, which here leave 1.0 beside the others
+        (False, {CHOSEN: "named at 1.0 current-saturation inertia", USUAL: "named at 1.0 inertia"}, USUAL),
+        (False, {CHOSEN: "named at 1.0 current-saturation inertia", USUAL: "named at 1.0 current-lag"}, CHOSEN),
+        (False, {CHOSEN: "named at 1.0 current-saturation", USUAL: "none"}, USUAL),
+        (False, {CHOSEN: "named at 0.9 current-saturation inertia"}, CHOSEN),
+        (False, {CHOSEN: "named at 1.0 current-lag inertia"}, CHOSEN),
         (False, {CHOSEN: "unexplained", USUAL: "named"}, USUAL),
         (False, {CHOSEN: "unexplained", USUAL: "unexplained"}, CHOSEN),
         (False, {CHOSEN: "unexplained", USUAL: "insufficient-data"}, CHOSEN),
@@ -306,9 +330,12 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 
     def judged(job: Any, dependence: CurrentDependence) -> Any:
         tried.append(dependence)
-        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=BENCH), refit_of=lambda fit: fit, noise=1.0)
+        gathering = SimpleNamespace(fitter=LawsByRole(), refit_of=lambda fit: fit, noise=1.0)
+        verdict, *rest = words[dependence].split()
+        _, error, *effects = rest or ("at", "2.0")
+        final = fit(float(error), *effects)
         return SimpleNamespace(
-            gathering=gathering, chosen=SimpleNamespace(base=None, final=None, verdict=words[dependence])
+            gathering=gathering, chosen=SimpleNamespace(base=fit(2.0), final=final, effects=effects, verdict=verdict)
         )
 
     choice = SimpleNamespace(by_role=by_role, about={"text": ["chosen"]})
@@ -325,6 +352,6 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
     asked = DiscoveryRequest("tanh", 0, "", "k")
     job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), asked, silent)
     found: Any = stage._discovered(job).found
-    assert tried == list(words) and found.verdict == words[taken]
+    assert tried == list(words) and found.verdict == words[taken].split()[0]
     assert found.asked.dependence.orders == taken.orders
     assert (found.asked.choice is None) == (taken == USUAL)

@@ -84,6 +84,11 @@ def held(bench: Bench, effect: EffectSpec) -> str:
     return f"cannot be judged: every test holds the {CONTROL}" if values and still else ""
 
 
+def is_law_of_current(effect: EffectSpec) -> bool:
+    """Return whether an effect changes the control at once, as a law of the base's parameters could."""
+    return effect.slot == "input" and effect.inputs == (CONTROL,) and effect.breaks is None
+
+
 @dataclass(frozen=True)
 class _Data:
     """Errors (N,) of every segment one after the other, the segments' lengths, and a basis (N, R) of what is fitted."""
