@@ -369,7 +369,7 @@ def _decided(job: _Job) -> _DependenceChoice:
 
 
 def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
-    """Return what the training tests do not determine of an unexplained base, empty where all tests leave an error."""
+    """Return advice on tests at which the others do not determine an unexplained base that suits all; else nothing."""
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     apart = chosen.base.train <= STANDARD.clearly_above < chosen.base.holdout
     if chosen.verdict != "unexplained" or not apart or follows_the_output(gathering.repetition(chosen.base), STANDARD):
@@ -388,7 +388,7 @@ def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
 
 
 def _is_plainer(job: _Job, found: _JudgedDependence, by_role: CurrentDependence | None) -> bool:
-    """Return whether laws of current by role leave no more beside fewer effects, without those that are such laws."""
+    """Return whether laws of current by role, beside fewer effects, leave no more than effects that are such laws."""
     final = found.chosen.final
     rest = tuple(e for e in final.effects if not is_law_of_current(registry.load("effect", e).SPEC))
     if rest == final.effects:

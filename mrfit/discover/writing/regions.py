@@ -183,7 +183,7 @@ def beyond_training(bench: Bench, policy: Policy) -> list[str]:
 
 
 def not_determined(bench: Bench, base: Refit, left: float, policy: Policy) -> str:
-    """Return which held-out tests the training tests do not determine a base at, for a base that suits all tests.
+    """Return a sentence on the held-out tests at which the training tests do not determine a base.
 
     Parameters
     ----------
