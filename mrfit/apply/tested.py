@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.apply.damper import Damper
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
-from mrfit.fit.extrapolation import SLACK
+from mrfit.fit.extrapolation import SLACK, outside
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class NamedMotion:
 
 
 def beyond_tests(damper: Damper, motions: Sequence[NamedMotion]) -> list[str]:
-    """Return a sentence on the velocity and one on the stroke, where they exceed those of the fit's tests.
+    """Return sentences on the velocity and the stroke, where they exceed what the fit or an effect was found on.
 
     The stroke is told by half its extent, since its middle has no meaning in another place.
     """
@@ -45,4 +45,9 @@ def beyond_tests(damper: Damper, motions: Sequence[NamedMotion]) -> list[str]:
                 f"in {sum(out)} of {len(motions)} motions, and reaches {reached[worst]:.3g} {unit} in "
                 f"{motions[worst].name}: what the model gives there is not tested."
             )
-    return said
+    ends = ({place: _ends(m.displacement), rate: _ends(m.velocity)} for m in motions)
+    return said + [f"{caution.text}." for caution in outside(damper.model, ends)]
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())

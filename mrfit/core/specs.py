@@ -353,6 +353,8 @@ class EffectSpec:
     starts
         Values of its parameters from which a fit by many starts begins too, where a search from the neutral ones may
         end in another minimum.
+    within
+        Channels with the least and greatest value (SI) at which it was found; empty where it holds everywhere.
     """
 
     name: str
@@ -373,6 +375,7 @@ class EffectSpec:
     breaks: Breaks | None = None
     forms: tuple[Form, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
+    within: tuple[tuple[str, float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

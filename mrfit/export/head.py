@@ -5,6 +5,7 @@ from importlib.metadata import version
 
 from mrfit.core.channels import unit_of
 from mrfit.export.source import ExportSource
+from mrfit.fit.extrapolation import ranges_text
 from mrfit.io.schemas.fit import MetricRow
 
 CAUSALITY = (
@@ -25,6 +26,8 @@ def head_lines(source: ExportSource, measured: Sequence[str] = ()) -> list[str]:
         f"Equations: {source.base.equation}  [{source.base.reference}]",
     ]
     lines += [f"  with {link.spec.name}: {link.spec.equation}  [{link.spec.reference}]" for link in source.links]
+    found = [link.spec for link in source.links if link.spec.within]
+    lines += [f"  {own.name} was found at {ranges_text(own.within)}" for own in found]
     if source.dependence:
         lines.append(
             "  parameters with values at several currents are polynomials through these, ln(...) exponentials of such; "

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mrfit.core import registry
 from mrfit.core.channels import CONTROL, INTEGRALS, WARMTH, unit_of
 from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
@@ -112,6 +113,23 @@ def extrapolations(trained: Extents, predicted: Sequence[ConditionInputs]) -> li
         if count:
             said.append(_caution(name, (low, high), worst[0], worst[2], count))
     return said
+
+
+def outside(model: str, reached: Iterable[Extents]) -> list[Caution]:
+    """Return a warning for every effect of a written model that tests take beyond what it was found on."""
+    found, all_reached = [], together(reached)
+    for spec in (registry.load("effect", name).SPEC for name in model.split("+")[1:]):
+        left = [(n, low, high) for n, low, high in spec.within if beyond({n: (low, high)}, all_reached) > 0.0]
+        if left:
+            here = ranges_text([(n, *all_reached[n]) for n, *_ in left])
+            text = f"{spec.name} was found at {ranges_text(left)}; here is {here}: what it says beyond is not tested"
+            found.append(Caution(kind="extrapolation", text=text))
+    return found
+
+
+def ranges_text(ranges: Sequence[tuple[str, float, float]]) -> str:
+    """Return channels with their least and greatest value in words."""
+    return ", ".join(f"{n.replace('_', ' ')} {low:.4g} to {high:.4g} {unit_of(n) or 's'}" for n, low, high in ranges)
 
 
 def _caution(name: str, fitted: tuple[float, float], condition: str, reached: float, count: int) -> Caution:

@@ -9,7 +9,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError, near
-from mrfit.fit.extrapolation import ConditionInputs, extrapolations
+from mrfit.fit.extrapolation import ConditionInputs, extrapolations, outside
 from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
 from mrfit.fit.proof import lawful
@@ -126,8 +126,10 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
         known, outputs = Blocks([parts[k] for k in measured]), [simulated[k] for k in measured]
         metrics = metric_rows(known, [floors[parts[k].segment.id] for k in measured], outputs, assembly)
     warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
+    stretches = [_stretch(p, assembly) for p in parts]
     if trained:
-        warnings += extrapolations(trained, [_stretch(p, assembly) for p in parts])
+        warnings += extrapolations(trained, stretches)
+    warnings += outside(assembly.name, (s.extents() for s in stretches))
     return SegmentPrediction(metrics, used, Blocks(parts), simulated, warnings, unmeasured, leads, clock)
 
 

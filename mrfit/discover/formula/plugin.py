@@ -1,6 +1,6 @@
 """A formula as the source of an effect: a plug-in that is fitted, reported and exported as any other."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mrfit.core import registry
@@ -9,8 +9,9 @@ from mrfit.core.channels import unit_of
 from mrfit.discover.formula.factors import FACTOR_KINDS, Factor, Term
 from mrfit.discover.formula.rows import FormulaRows
 from mrfit.discover.formula.standing import Formula
-from mrfit.discover.formula.wording import channel_of, reach, text_of, variables_of
+from mrfit.discover.formula.wording import box_of, channel_of, reach, text_of, variables_of
 from mrfit.discover.policy import STANDARD
+from mrfit.io.schemas.discovery import FormulaRange
 
 NAME = "found-force"
 # Names of the scaled variables in the source
@@ -33,6 +34,8 @@ class FoundSpec:
         Whether it takes the law's own force.
     steady
         Whether it is the same in every cycle.
+    within
+        Ranges of its inputs in which it was found.
     """
 
     name: str
@@ -43,6 +46,7 @@ class FoundSpec:
     forces: Mapping[str, float]
     on_law: bool
     steady: bool
+    within: Sequence[FormulaRange] = ()
 
     def lines(self) -> list[str]:
         """Return the lines of its SPEC; every strength is zero in a device without it."""
@@ -64,6 +68,7 @@ class FoundSpec:
             '    experiment="tests at amplitudes, speeds and currents between those that it was found on, and "',
             '    "beyond: it must keep its strength in all of them",',
             *([] if self.steady else ["    steady=False,"]),
+            *(["    within=(", *map(_range, self.within), "    ),"] if self.within else []),
             ")",
         ]
 
@@ -93,6 +98,7 @@ def source(rows: FormulaRows, formula: Formula) -> str:
         dict(zip(strengths, formula.theta * rows.scales["L"].size, strict=True)),
         on_law,
         steady=not set(used) & set("tT"),
+        within=box_of(rows, formula),
     )
     lines = [
         '"""Force found in the data; outside what was visited its variables are held at the edge.',
@@ -122,6 +128,10 @@ def source(rows: FormulaRows, formula: Formula) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _range(own: FormulaRange) -> str:
+    return f'        ("{own.channel}", {own.low:.6g}, {own.high:.6g}),'
 
 
 def _signed(text: str) -> str:
