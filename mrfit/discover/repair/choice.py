@@ -7,7 +7,7 @@ and by more than chance makes of terms that are shifted in time. All errors are 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,10 +71,11 @@ class Choice:
 
 @dataclass(frozen=True)
 class ConditionGrams:
-    """Gram matrices (G, M, M) of [base | terms | target], with K columns of the base."""
+    """Gram matrices (G, M, M) of [base | terms | target], with K columns of the base, and the penalty of fits."""
 
     grams: Array
     own: int
+    ridge: float = STANDARD.repair_ridge
 
     @property
     def terms(self) -> int:
@@ -129,7 +130,7 @@ class ConditionGrams:
         return damped
 
     def _damping(self, gram: Array) -> float:
-        return float(STANDARD.repair_ridge * np.trace(gram[:-1, :-1]) / (len(gram) - 1))
+        return float(self.ridge * np.trace(gram[:-1, :-1]) / (len(gram) - 1))
 
 
 def chosen(grams: ConditionGrams, policy: Policy, most: int | None = None) -> Choice:
@@ -161,6 +162,7 @@ def clear(falls: Array, policy: Policy) -> bool:
 
 def jackknife(grams: ConditionGrams, places: Sequence[int]) -> tuple[Array, Array]:
     """Return coefficients (K + k,) of base and terms, and their standard errors with each condition left out."""
+    grams = replace(grams, ridge=STANDARD.repair_ridge_told)
     left = np.array([grams.fitted(places, k) for k in range(len(grams.grams))])
     spread = np.sqrt((len(left) - 1) / len(left) * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
     return grams.fitted(places), spread

@@ -54,7 +54,7 @@ def entry_of(repair: Repair, output: str) -> LawRepair:
         return LawRepair(reason=repair.why, chance=repair.chance)
     span, unit, terms = rows.scales.span, unit_of(output), []
     for k, (term, value, error) in enumerate(zip(repair.terms, theta * span, spread * span, strict=True)):
-        half = STANDARD.formula_interval * error
+        half = float(np.hypot(STANDARD.formula_interval * error, STANDARD.accuracy * value))
         name = f"f{k + 1}: {term.text(rows.scales)}"
         terms.append(EffectParameter(name=name, unit=unit, value=value, low=value - half, high=value + half))
     own = repair.terms[0].operator.title
