@@ -56,7 +56,7 @@ def recordings(whole: Assembly, theta: np.ndarray, rng: np.random.Generator) -> 
             f, amplitude = frequency * rng.uniform(0.9, 1.1), stroke * rng.uniform(0.9, 1.1)
             t, w = np.arange(PER_CYCLE * CYCLES) / (PER_CYCLE * f), 2 * np.pi * f
             x, v = amplitude * np.sin(w * t), amplitude * w * np.cos(w * t)
-            channels = {"displacement": x, "velocity": v, "acceleration": -(w**2) * x}
+            channels = {"displacement": x, "velocity": v, "acceleration": -(w**2) * x, "time": t}
             drive = np.stack([channels[n] for n in whole.spec.inputs])
             made.append((f"{frequency:g} Hz {1e3 * stroke:g} mm", t[1], x, whole.simulate(drive, theta[None], t[1])[0]))
     noise = rng.uniform(2e-3, 5e-3) * float(np.ptp(np.concatenate([force for *_, force in made])))

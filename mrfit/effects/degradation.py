@@ -2,10 +2,10 @@
 
     F = G/(1 + delta*E),    dE = F*dx,    dG/ds = (F_base - G)/(r*E)
 
-x displacement (m), s the travel (m), F force (N), E energy dissipated since the segment began (J), delta the loss of
+x displacement (m), s the travel (m), F force (N), E energy dissipated since the recording began (J), delta the loss of
 strength (1/J), G (N) the force of the base, turning over a travel r*E that grows with the energy by r (m/J): the
 compliance behind a turn, 1/k, grows by r/F for every joule. With W the work of G, 1 + delta*E is sqrt(1 + 2*delta*W).
-Every segment begins with a device that has recovered: what cycles before it dissipated is not known, and delta takes
+Every recording begins with a device that has recovered: what was dissipated before it is not known, and delta takes
 it up. Where E is below 0, as of a spring that is given back, it is 0.
 
 Source: T. T. Baber, Y. K. Wen, J. Eng. Mech. Div. ASCE 107 (1981) 1069 (strength over 1 + delta_nu*E, compliance times
@@ -24,7 +24,8 @@ SPEC = EffectSpec(
     reference="Baber and Wen, J. Eng. Mech. Div. ASCE 107 (1981) 1069",
     slot="output",
     outputs=("force",),
-    inputs=("displacement",),
+    # the time is not read: a device that degrades has no steady cycle that segments could be folded onto
+    inputs=("displacement", "time"),
     params=(
         Param("delta", "1/J", 0.0, 0.02, 0.0, text="loss of strength for every joule"),
         Param("r", "m/J", 0.0, 1e-3, 0.0, text="travel over which the force turns, for every joule"),
@@ -34,6 +35,7 @@ SPEC = EffectSpec(
     experiment="one sine at two amplitudes of one speed and current for the same time, then again after a rest: a "
     "force that falls with dissipated energy, and not with time, falls alike for equal energy",
     asks=(Programme(amplitudes=2),),
+    steady=False,
 )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mrfit
+from benchmarks.stateful_effects import recordings
 from mrfit.effects.degradation import shape
 from mrfit.simulate.assembly import assemble
 
@@ -57,9 +58,19 @@ def test_a_fit_finds_the_loss_that_was_planted() -> None:
     theta[0, -2:] = 1.5e-3, 1e-6
     for speed in (0.02, 0.06):
         channels = triangle(speed=speed)
-        drive = np.stack([channels[n] for n in whole.spec.inputs])
+        timed = {**channels, "time": DT * np.arange(len(channels["velocity"]))}
+        drive = np.stack([timed[n] for n in whole.spec.inputs])
         made = whole.simulate(drive, theta, DT)[0]
         made = made + rng.normal(0.0, 2e-3 * np.ptp(made), len(made))
         logs.append(mrfit.Recording.from_arrays(dt=DT, force=made, name=f"{speed:g} mps", **channels))
     found = mrfit.fit(logs, "dahl+degradation", per="all", holdout="none", progress=False)
     assert found.params.loc["degradation.delta", "value"] == pytest.approx(1.5e-3, rel=0.05)
+
+
+def test_of_sines_the_cycles_before_a_segment_have_taken_strength_too() -> None:
+    rng, whole = np.random.default_rng(3), assemble("dahl+degradation")
+    theta = whole.spec.start.copy()
+    theta[-2:] = 1.5e-3, 2e-6
+    found = mrfit.fit(recordings(whole, theta, rng), "dahl+degradation", per="all", holdout="none", progress=False)
+    own = found.params.loc["degradation.delta"]
+    assert own["value"] == pytest.approx(1.5e-3, rel=0.02) and own["low"] < 1.5e-3 < own["high"]
