@@ -118,8 +118,9 @@ def bench(folder: Path) -> None:
 
 
 def discovered(folder: Path) -> None:
-    """Make the damper's lab with a discovery."""
+    """Make the damper's lab with a discovery, of which the tests determine the base at what is held out."""
     damper(folder)
+    _run(folder, "segment --holdout sine-2Hz-10mm-1A")
     _run(folder, "discover --model tanh")
 
 
