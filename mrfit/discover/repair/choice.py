@@ -88,7 +88,7 @@ class ConditionGrams:
 
     def without(self, condition: int) -> "ConditionGrams":
         """Return the same without a condition."""
-        return ConditionGrams(np.delete(self.grams, condition, axis=0), self.own)
+        return replace(self, grams=np.delete(self.grams, condition, axis=0))
 
     def fitted(self, places: Sequence[int], left_out: int | None = None) -> Array:
         """Return coefficients (K + k,) of base and terms, fitted to all conditions but one."""
