@@ -152,7 +152,7 @@ def split_parts(
 ) -> list[SegmentPart]:
     """Return the parts of a segment, the last third of its cycles held out if ``split``; output is the recording's."""
     own = split_cycles(segment, recording.dt) if split else [segment]
-    return [part for one in own for part in parts_of(one, recording, assembly.spec.inputs, output)]
+    return [part for one in own for part in parts_of(one, recording, assembly, output)]
 
 
 def measured_output(recording: Recording, assembly: Assembly) -> Array:

@@ -111,7 +111,7 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
         used[segment.id] = result.condition
         if result.condition not in ("all", segment.condition):
             borrowed.setdefault(segment.condition, _borrowed(result, segment))
-        own = parts_of(replace(segment, role="predict"), recording, assembly.spec.inputs, output)
+        own = parts_of(replace(segment, role="predict"), recording, assembly, output)
         parts += own
         outputs.append(output[segment.start : segment.stop])
         simulated += [simulate_block(p.block, assembly, theta_of(assembly, result))[0] for p in own]

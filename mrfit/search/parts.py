@@ -12,7 +12,8 @@ from mrfit.core.specs import Array
 from mrfit.io.columns import is_on_disk, laid_beside, part_of
 from mrfit.search.problem import SegmentBlock, folded_block, full_block, period_of
 from mrfit.signal.long_segments import pieces
-from mrfit.signal.smoothing import Drive, smooth
+from mrfit.signal.smoothing import Drive, from_the_beginning, smooth
+from mrfit.simulate.assembly import Assembly
 
 # One in so many cycles, or samples where there are none, is held out of a condition by itself
 ONE_HELD_OUT_IN = 3
@@ -157,7 +158,7 @@ class Blocks(Sequence[SegmentBlock]):
         return Blocks(self.parts[place]) if isinstance(place, slice) else self.parts[place].block
 
 
-def parts_of(segment: Segment, recording: Recording, names: Sequence[str], output: Array) -> list[SegmentPart]:
+def parts_of(segment: Segment, recording: Recording, assembly: Assembly, output: Array) -> list[SegmentPart]:
     """Return a segment as parts, one but for long segments.
 
     Parameters
@@ -166,23 +167,25 @@ def parts_of(segment: Segment, recording: Recording, names: Sequence[str], outpu
         The segment.
     recording
         Its recording.
-    names
-        Channels that drive the model.
+    assembly
+        The model that they drive.
     output
         Measured output over the recording.
     """
     found = pieces(segment, recording.dt)
-    return [_part(s, recording, names, output, (s.start - segment.start, len(found) == 1)) for s in found]
+    return [_part(s, recording, assembly, output, (s.start - segment.start, len(found) == 1)) for s in found]
 
 
 def _part(
-    segment: Segment, recording: Recording, names: Sequence[str], output: Array, place: tuple[int, bool]
+    segment: Segment, recording: Recording, assembly: Assembly, output: Array, place: tuple[int, bool]
 ) -> SegmentPart:
     """Return one part, the samples before it and whether it is the only one given."""
     before, alone = place
-    part = SegmentPart(
-        segment, smooth(recording, segment, names), part_of(output, segment.start, segment.stop), before, alone
-    )
+    names = assembly.spec.inputs
+    drive = smooth(recording, segment, names)
+    if assembly.counts:
+        drive = from_the_beginning(drive, recording, segment, names)
+    part = SegmentPart(segment, drive, part_of(output, segment.start, segment.stop), before, alone)
     if alone:
         return part
     if part.drive.fits is None:

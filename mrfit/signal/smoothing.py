@@ -145,6 +145,24 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     )
 
 
+def from_the_beginning(drive: Drive, recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
+    """Return a smoothed drive of a segment led in by all that was recorded before, with no series to extend it by.
+
+    Parameters
+    ----------
+    drive
+        What ``smooth`` gives.
+    recording, segment, names
+        What it was made of.
+    """
+    before = segment.start - drive.warm_up
+    if before > 0:
+        whole = replace(segment, start=0, stop=recording.samples, warm_up=0, frequency=0.0, cycles=0)
+        lead = smooth(recording, whole, names).values[:, :before]
+        drive = replace(drive, values=np.hstack([lead, drive.values]), warm_up=segment.start)
+    return replace(drive, fits=None)
+
+
 def _excited(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
     """Return an excitation as recorded; of one in its steady state one cycle, behind cycles that lead into it."""
     source, others = _source(recording, segment, names[0])[0], names[1:]

@@ -30,6 +30,7 @@ from mrfit.core.protocols import (
     HasRoughResponse,
     HasSensitivities,
     HasStartValues,
+    HasStep,
     MovesDrive,
     ScalesParameters,
     ShapesOutput,
@@ -69,6 +70,8 @@ class Assembly:
         Whether it is a base model as it stands, without effects or dependence on current.
     adds
         Whether an effect adds a term to the base's output, or to the record.
+    counts
+        Whether the state of an effect grows from a recording's first sample, so that all of it leads a segment in.
     recipe
         What ``assemble`` made it from; None once anything has been replaced.
     """
@@ -84,6 +87,7 @@ class Assembly:
     far_starts: Callable[[Array, Array, float], list[dict[str, float]]] | None = None
     alone: bool = False
     adds: bool = False
+    counts: bool = False
     recipe: tuple[str, CurrentDependence | None] | None = field(default=None, init=False, repr=False, compare=False)
 
     def __reduce__(self) -> tuple[Callable[..., "Assembly"], tuple[object, ...]]:
@@ -218,7 +222,13 @@ def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
     )
     chain = _Chain(base, spec, modules, specs, erring, moving)
     whole = replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
-    return replace(whole, adds=any(e.slot in ("add", "record") for e in specs))
+    adds = any(e.slot in ("add", "record") for e in specs)
+    return replace(whole, adds=adds, counts=any(map(counts_from_the_beginning, modules)))
+
+
+def counts_from_the_beginning(effect: Effect) -> bool:
+    """Return whether the state of an effect grows from a recording's first sample: it remembers and is not steady."""
+    return isinstance(effect, HasStep) and not effect.SPEC.steady
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, build_bench, effects_for, with_residual_floors
 from mrfit.errors import DataError
+from mrfit.search.parts import parts_of
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_rules import segment
@@ -91,3 +92,23 @@ def test_only_effects_on_the_output_that_may_be_proposed_are_in_the_library() ->
     flux, force = ({e.name for e in effects_for(output)} for output in ("flux", "force"))
     assert "eddy-current" in flux and "eddy-current" not in force
     assert "inertia" in force and not {"force-filter", "current-filter"} & force
+
+
+@pytest.mark.parametrize("start", [200, 600])
+def test_what_counts_from_the_beginning_of_a_recording_is_led_in_by_all_of_it(start: int) -> None:
+    whole, effect = assemble("dahl+degradation"), registry.load("effect", "degradation").SPEC
+    theta = whole.spec.start[None].copy()
+    theta[0, -2:] = 2e-3, 2e-6
+    channels = {"displacement": X, "velocity": V, "time": TIME}
+    force = whole.simulate(np.stack([channels[n] for n in whole.spec.inputs]), theta, DT)[0]
+    noise = 0.01 * np.ptp(force) * np.random.default_rng(3).standard_normal(COUNT)
+    recording = Recording("0", "r.csv", "r", "none", DT, 0.0, {"displacement": X, "force": force + noise}, {})
+    later = replace(
+        segment("train", "0"), recording="0", start=start, stop=COUNT, warm_up=200, cycles=(COUNT - start) // 200
+    )
+    (stretch,) = build_bench([later], {"0": recording}, assemble("dahl"), [effect]).stretches
+    (part,) = parts_of(later, recording, whole, force)
+    for block in (stretch.block_for(whole), part.block):
+        simulated = block.at_targets(whole.simulate(block.drive, theta, DT))[0]
+        assert simulated == pytest.approx(force[start:], abs=5e-3 * np.ptp(force))
+    assert stretch.block_for(assemble("dahl")).drive.shape[1] < 2 * COUNT

@@ -15,8 +15,8 @@ from mrfit.fit.identify import measured_output
 from mrfit.search.problem import SegmentBlock, differences, full_block
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import SAME_FLOOR_RATIO, cycles_drift, output_floors, residual_floor, with_colour
-from mrfit.signal.smoothing import TIME_CHANNEL, Drive, smooth
-from mrfit.simulate.assembly import Assembly
+from mrfit.signal.smoothing import TIME_CHANNEL, Drive, from_the_beginning, smooth
+from mrfit.simulate.assembly import Assembly, counts_from_the_beginning
 
 # Ways to a noise floor that no model and no regression can spoil
 MEASURED_METHODS = ("cycles", "repeats")
@@ -40,6 +40,8 @@ class Stretch:
         Start of the segment in its recording, in s.
     level_rate
         Steady drift of the output's level whose bend was taken away, in its unit per second; 0 without one.
+    counted
+        The block led in by all that was recorded before; None where no effect counts from there.
     """
 
     block: SegmentBlock
@@ -48,6 +50,7 @@ class Stretch:
     noise: NoiseFloor
     recorded: float
     level_rate: float = 0.0
+    counted: SegmentBlock | None = None
 
     @property
     def segment(self) -> Segment:
@@ -71,7 +74,8 @@ class Stretch:
     def block_for(self, assembly: Assembly) -> SegmentBlock:
         """Return the block with the rows an assembly takes."""
         rows = [self.names.index(n) for n in assembly.spec.inputs]
-        return replace(self.block, drive=np.ascontiguousarray(self.block.drive[rows]))
+        block = self.counted if assembly.counts and self.counted else self.block
+        return replace(block, drive=np.ascontiguousarray(block.drive[rows]))
 
 
 @dataclass(frozen=True)
@@ -143,7 +147,8 @@ def build_bench(
         If a recording lacks what the base itself needs.
     """
     wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *LOCATED_BY)))
-    found = {s.id: _channels(recordings[s.recording], s, wanted) for s in segments}
+    counts = base.counts or any(counts_from_the_beginning(registry.load("effect", e.name)) for e in effects)
+    found = {s.id: _channels(recordings[s.recording], s, wanted, counts) for s in segments}
     lacking = {n: reason for drives in found.values() for n, reason in drives.lacking.items()}
     for name in base.spec.inputs:
         if name in lacking:
@@ -196,8 +201,10 @@ def _straightened(stretch: Stretch) -> Stretch:
     drift = cycles_drift(stretch.measured, stretch.segment, stretch.block.dt) if stretch.repeats else None
     if drift is None or not np.any(drift.level):
         return stretch
-    block = replace(stretch.block, target=stretch.measured - drift.bend)
-    return replace(stretch, block=block, level_rate=drift.level_rate)
+    target = stretch.measured - drift.bend
+    counted = stretch.counted and replace(stretch.counted, target=target)
+    block = replace(stretch.block, target=target)
+    return replace(stretch, block=block, counted=counted, level_rate=drift.level_rate)
 
 
 def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:
@@ -206,11 +213,14 @@ def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:
 
 @dataclass(frozen=True)
 class _ChannelDrives:
+    """Drives by channel, those led in by all that was recorded before where they are wanted, and why others lack."""
+
     drives: dict[str, Drive]
+    recorded: dict[str, Drive]
     lacking: dict[str, str]
 
 
-def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _ChannelDrives:
+def _channels(recording: Recording, segment: Segment, names: Sequence[str], counts: bool) -> _ChannelDrives:
     drives, lacking = {}, {}
     for name in names:
         if name == TIME_CHANNEL:
@@ -219,11 +229,13 @@ def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _
             drives[name] = smooth(recording, segment, (name,))
         except DataError as error:
             lacking[name] = str(error)
+    recorded = {n: from_the_beginning(d, recording, segment, (n,)) for n, d in drives.items()} if counts else {}
     for name, rate in INTEGRALS.items():
         if name in lacking and rate in drives:
-            drives[name] = _stroke_of(drives[rate])
+            for own in (drives, recorded) if counts else (drives,):
+                own[name] = _stroke_of(own[rate])
             del lacking[name]
-    return _ChannelDrives(drives, lacking)
+    return _ChannelDrives(drives, recorded, lacking)
 
 
 def _stroke_of(velocity: Drive) -> Drive:
@@ -241,24 +253,30 @@ def _stretch(
     output: Array,
     noise: NoiseFloor,
 ) -> Stretch:
-    drives = [found.drives[n] for n in names if n != TIME_CHANNEL]
+    names = [n for n in names if n != TIME_CHANNEL]
+    measured = output[segment.start : segment.stop]
+    return Stretch(
+        block=_block(segment, recording, [found.drives[n] for n in names], measured),
+        names=(*names, TIME_CHANNEL),
+        floor=noise.scale,
+        noise=noise,
+        recorded=segment.start * recording.dt,
+        counted=_block(segment, recording, [found.recorded[n] for n in names], measured) if found.recorded else None,
+    )
+
+
+def _block(segment: Segment, recording: Recording, drives: Sequence[Drive], measured: Array) -> SegmentBlock:
+    """Return the block of several drives and, below them, the time."""
     fits = [f for d in drives if d.fits for f in d.fits]
     joined = replace(
         drives[0],
         values=np.vstack([d.values for d in drives]),
         fits=tuple(fits) if len(fits) == len(drives) else None,
     )
-    measured = output[segment.start : segment.stop]
     block = full_block(segment, joined, measured)
     first = int(block.nodes[0, 0])
     time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
-    return Stretch(
-        block=replace(block, drive=np.vstack([block.drive, time])),
-        names=(*(n for n in names if n != TIME_CHANNEL), TIME_CHANNEL),
-        floor=noise.scale,
-        noise=noise,
-        recorded=segment.start * recording.dt,
-    )
+    return replace(block, drive=np.vstack([block.drive, time]))
 
 
 def effects_for(output: str) -> list[EffectSpec]:
