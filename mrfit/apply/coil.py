@@ -30,7 +30,7 @@ from mrfit.effects import eddy_current
 from mrfit.errors import ConfigError, DataError
 from mrfit.settings.apply import CoilDrive
 from mrfit.simulate.assembly import assemble
-from mrfit.simulate.chain import DamperChain, followed
+from mrfit.simulate.chain import DamperChain, followed, in_memory
 from mrfit.simulate.program import DEFAULTS, DamperProgram
 from mrfit.simulate.uneven import Stepped
 
@@ -91,7 +91,7 @@ class Coil:
         found = self.static.chain
         if self.spec.output == "flux":
             return found
-        return found._replace(places=found.places._replace(current=self.static.channels.index("flux")))
+        return in_memory(found, self.static.channels.index("flux"))
 
     def channels(self, given: Mapping[str, Array], samples: int) -> Array:
         """Return its channels (N, C), the current 0.

@@ -472,6 +472,6 @@ def numbers_of(curve: BranchCurve) -> Array:
 def curve_at(place: Any) -> BranchCurve:
     """Return the curve whose numbers begin at a pointer."""
     rows, fields = int(place[0] + place[2]), 11
-    cells = array_at(place, (fields + _COEFFICIENTS * rows,))[fields:].reshape((rows, _COEFFICIENTS))
+    cells = array_at(place, fields + _COEFFICIENTS * rows)[fields:].reshape((rows, _COEFFICIENTS))
     scales = place[3], place[4], place[5], place[6], place[7], place[8], place[9], place[10]
     return BranchCurve(cells, int(place[0]), int(place[1]), int(place[2]), *scales)

@@ -241,8 +241,6 @@ def copy_of(template: F, name: str, parts: Mapping[str, Any]) -> F:
 
 
 _set: Any = tuple_setitem
-# In kernels, numbers from a pointer on as an array of a shape
-array_at: Any = numba.carray  # type: ignore[attr-defined]
 
 
 @kernel
@@ -297,12 +295,12 @@ def _bitcast(result: Any, argument: Any) -> Any:
     return intrinsic(typing)
 
 
-def address_of(function: Callable[..., Any], kept: bool) -> int:
+def address_of(function: Callable[..., Any], kept: bool, counted: bool = True) -> int:
     """Compile a function of the pointers that ``call`` passes; return its address."""
     real: Any = numba.float64
     pointer = numba.types.CPointer(real)  # type: ignore[no-untyped-call]
     signature = real(*[pointer] * 4, real, pointer)
-    options: Any = {"cache": kept, "error_model": "numpy", "fastmath": {"contract"}}
+    options: Any = {"cache": kept, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": counted}
     made = numba.cfunc(signature, **options)(function)
     _alive.append(made)
     return int(made.address or 0)
@@ -335,6 +333,60 @@ def _call(  # noqa: PLR0913
 
 
 call: Any = intrinsic(_call)
+
+
+def _array_at(typing: Any, pointer: Any, size: Any) -> Any:
+    """Return numbers from a pointer on as an array; numba's own refuses where references are not counted."""
+
+    def build(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        from numba.np.arrayobj import populate_array
+
+        made = target.make_array(signature.return_type)(target, builder)
+        step = target.get_constant(numba.intp, 8)
+        populate_array(made, arguments[0], [arguments[1]], [step], step, None)  # type: ignore[no-untyped-call]
+        return made._getvalue()
+
+    return numba.float64[::1](pointer, numba.intp), build
+
+
+array_at: Any = intrinsic(_array_at)
+
+
+def length_in_memory(sample: Any) -> int:
+    """Return how many float64 a tuple like a sample takes."""
+    from numba.core.registry import cpu_target
+
+    context = cpu_target.target_context
+    size: int = context.get_abi_sizeof(context.get_value_type(_kind_of(sample)))
+    return -(-size // 8)
+
+
+def _kind_of(sample: Any) -> Any:
+    return numba.typeof(sample)  # type: ignore[no-untyped-call]
+
+
+def tuple_in_memory(sample: Any) -> tuple[Any, Any]:
+    """Return a kernel that writes a tuple like a sample to an array of float64, and one that reads it at a pointer.
+
+    References are not counted: the tuple's arrays have to be kept.
+    """
+
+    def write(typing: Any, to: Any, value: Any) -> Any:
+        def build(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = target.make_array(signature.args[0])(target, builder, arguments[0]).data
+            builder.store(arguments[1], builder.bitcast(data, arguments[1].type.as_pointer()))
+            return target.get_dummy_value()
+
+        return numba.void(to, _kind_of(sample)), build
+
+    def read(typing: Any, pointer: Any) -> Any:
+        def build(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.load(builder.bitcast(arguments[0], target.get_value_type(_kind_of(sample)).as_pointer()))
+
+        return _kind_of(sample)(pointer), build
+
+    return intrinsic(write), intrinsic(read)
+
 
 # The 64 bits of a float64 as an int64, and back: what vector powers are made of.
 bits = cast(Callable[[float], int], _bitcast(numba.int64, numba.float64))

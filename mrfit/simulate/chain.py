@@ -7,13 +7,14 @@ state of a damper that has stood still.
 """
 
 import math
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.elements import WIRED
-from mrfit.kernels.jit import borrowing, call, kernel, part
+from mrfit.kernels.jit import address_of, array_at, borrowing, call, kernel, length_in_memory, part, tuple_in_memory
 from mrfit.kernels.past import begun, late, pushed, smooth_late
 
 # Kinds of elements: one with MIDDLE runs between steps too, for an effect behind it; a TERM is added behind H(s)
@@ -54,8 +55,10 @@ class ChainPlaces(NamedTuple):
         Place of the last step's length.
     dead, lag
         Row of a delay's dead time and of its lag, -1 of none.
-    ends, work
-        Beginning of buffers, and their size.
+    ends, made, work
+        Beginning of buffers, place of what a step makes besides its output, and their size.
+    step, inputs
+        Addresses of what ``step`` and ``inputs`` call.
     """
 
     channels: int
@@ -73,7 +76,10 @@ class ChainPlaces(NamedTuple):
     dead: int
     lag: int
     ends: int
+    made: int
     work: int
+    step: int = 0
+    inputs: int = 0
 
 
 class DamperChain(NamedTuple):
@@ -81,7 +87,7 @@ class DamperChain(NamedTuple):
 
     ``elements``, ``laws`` and ``pieces`` are rows as named above; ``params`` are the parameters of all elements.
     ``wires`` are the channels that each element takes; of one that scales parameters, also which factor acts on each
-    parameter of the base, or -1.
+    parameter of the base, or -1. ``memory`` holds all of it, for what is called by its address.
     """
 
     elements: Any
@@ -90,6 +96,7 @@ class DamperChain(NamedTuple):
     laws: Any
     pieces: Any
     places: ChainPlaces
+    memory: Array
 
 
 class Trial(NamedTuple):
@@ -244,11 +251,8 @@ def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float)
 
 
 @borrowing
-def inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
-    """Make channels at both ends of a step behind effects of the slot ``input``; return the current at its end.
-
-    A command that is held has its new value from the step's beginning on.
-    """
+def _inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
+    """Do what ``inputs`` says."""
     places, count, work = chain.places, chain.places.channels, trial.work
     ends = work[places.ends :]
     for c in range(count):
@@ -287,16 +291,10 @@ def _moved(chain: DamperChain, trial: Trial, ends: Array, dt: float) -> None:
 
 
 @borrowing
-def step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
-    """Take a step of dt s to channels; ``field`` is the current in A that the base is to see, or nan.
-
-    Returns
-    -------
-    tuple
-        The output, what it is before effects of the slot ``output`` that remember, and the current that the base sees.
-    """
+def _step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
+    """Do what ``step`` says."""
     places, count, state = chain.places, chain.places.channels, trial.state
-    seen = inputs(chain, trial, dt)
+    seen = _inputs(chain, trial, dt)
     ends = trial.work[places.ends :]
     if field == field:
         seen = ends[count + places.current] = field
@@ -336,6 +334,86 @@ def step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[flo
             else:
                 force = _run(chain, e, trial, ends, (before, signal), dt)
     return force, inner, seen
+
+
+@borrowing
+def inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
+    """Make channels at both ends of a step behind effects of the slot ``input``; return the current at its end.
+
+    A command that is held has its new value from the step's beginning on.
+    """
+    found: float = call(
+        chain.places.inputs, trial.state, 0, trial.after, 0, trial.given, 0, trial.work, 0, dt, chain.memory, 0
+    )
+    return found
+
+
+@borrowing
+def step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
+    """Take a step of dt s to channels; ``field`` is the current in A that the base is to see, or nan.
+
+    Returns
+    -------
+    tuple
+        The output, what it is before effects of the slot ``output`` that remember, and the current that the base sees.
+    """
+    work, made = trial.work, chain.places.made
+    work[made] = field
+    force: float = call(chain.places.step, trial.state, 0, trial.after, 0, trial.given, 0, work, 0, dt, chain.memory, 0)
+    return force, work[made], work[made + 1]
+
+
+_NO_ROWS = DamperChain(
+    np.empty(0, ELEMENT), np.empty(0, np.int64), np.empty(0), np.empty(0, LAW), np.empty(0, LAW_PIECE),
+    ChainPlaces(0, 0, 0, 0.0, 0.0, (0, 0), (0, 0), 0, 0, False, False, 0, 0, 0, 0, 0, 0), np.empty(0),
+)  # fmt: skip
+_write_chain, _read_chain = tuple_in_memory(_NO_ROWS)
+
+
+@borrowing
+def _trial_at(chain: DamperChain, state: Any, after: Any, given: Any, work: Any) -> Trial:
+    """Return the step that pointers tell."""
+    places = chain.places
+    return Trial(
+        array_at(state, places.whole), array_at(given, places.channels), array_at(after, places.whole),
+        array_at(work, places.work),
+    )  # fmt: skip
+
+
+def _inputs_of(state: Any, after: Any, given: Any, work: Any, dt: float, memory: Any) -> float:
+    """Be what ``inputs`` calls."""
+    chain = _read_chain(memory)
+    return _inputs(chain, _trial_at(chain, state, after, given, work), dt)
+
+
+def _step_of(state: Any, after: Any, given: Any, work: Any, dt: float, memory: Any) -> float:
+    """Be what ``step`` calls."""
+    chain = _read_chain(memory)
+    trial, made = _trial_at(chain, state, after, given, work), chain.places.made
+    force, trial.work[made], trial.work[made + 1] = _step(chain, trial, dt, trial.work[made])
+    return force
+
+
+@cache
+def _addresses() -> tuple[int, int]:
+    return address_of(_step_of, kept=True, counted=False), address_of(_inputs_of, kept=True, counted=False)
+
+
+@kernel
+def _keep(chain: DamperChain) -> None:
+    _write_chain(chain.memory, chain)
+
+
+def in_memory(chain: DamperChain, current: int) -> DamperChain:
+    """Return a chain with the current at a place of its channels, whose steps are called by their address.
+
+    They are so compiled once, not again in every loop. A chain changed otherwise would step as before.
+    """
+    step_at, inputs_at = _addresses()
+    places = chain.places._replace(step=step_at, inputs=inputs_at, current=current)
+    chain = chain._replace(places=places, memory=np.zeros(length_in_memory(_NO_ROWS)))
+    _keep(chain)
+    return chain
 
 
 @borrowing

@@ -251,11 +251,12 @@ class DamperProgram:
         low, high = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
         places = ChainPlaces(
             number, current, count, low, high, (own[0], own[1]), (block[0], block[1]), small, self._place, held,
-            held and current not in lagging, length, moved, lag, ends, ends + 4 * number,
+            held and current not in lagging, length, moved, lag, ends, ends + 4 * number, ends + 4 * number + 2,
         )  # fmt: skip
         rows = [tuple(row[name] for name in columns.ELEMENT.names or ()) for row in self._rows]
         wires, params = np.array([*self._wires, 0], dtype=np.int64), np.array([*self._params, 0.0])
-        return DamperChain(np.array(rows, columns.ELEMENT), wires, params, laws, pieces, places)
+        made = DamperChain(np.array(rows, columns.ELEMENT), wires, params, laws, pieces, places, np.empty(0))
+        return columns.in_memory(made, current)
 
     def _add(self, item: Any, theta: Array, kind: int) -> None:
         """Add an element."""

@@ -7,11 +7,25 @@ import sys
 import tempfile
 from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from mrfit.kernels.jit import _cache_folder, bits, from_bits, is_cold, kernel
+from mrfit.core.specs import Array
+from mrfit.kernels.jit import (
+    _cache_folder,
+    address_of,
+    array_at,
+    bits,
+    borrowing,
+    call,
+    from_bits,
+    is_cold,
+    kernel,
+    length_in_memory,
+    tuple_in_memory,
+)
 
 
 @kernel
@@ -218,3 +232,36 @@ def test_a_private_borrowing_kernel_is_called_by_kernels_and_refuses_python() ->
     assert most(1.0) == 3.0
     with pytest.raises(TypeError, match="by kernels alone"):
         _more(1.0)
+
+
+class _Pair(NamedTuple):
+    values: Array
+    place: int
+
+
+_write_pair, _read_pair = tuple_in_memory(_Pair(np.zeros(1), 0))
+
+
+def _sum_of(state: Any, following: Any, inputs: Any, theta: Any, dt: float, past: Any) -> float:
+    pair = _read_pair(past)
+    return float(pair.values[pair.place] + array_at(state, 2)[1] + dt)
+
+
+@borrowing
+def summed(address: int, state: Array, memory: Array, dt: float) -> float:
+    """Call a function of a tuple in memory."""
+    return float(call(address, state, 0, state, 0, state, 0, state, 0, dt, memory, 0))
+
+
+@kernel
+def put(pair: _Pair, memory: Array) -> None:
+    """Keep a pair in memory."""
+    _write_pair(memory, pair)
+
+
+def test_a_tuple_in_memory_is_read_by_a_function_called_by_its_address() -> None:
+    pair = _Pair(np.array([1.0, 20.0]), 1)
+    memory = np.zeros(length_in_memory(pair))
+    put(pair, memory)
+    pair.values[1] += 1.0
+    assert summed(address_of(_sum_of, kept=False, counted=False), np.array([0.0, 300.0]), memory, 0.5) == 321.5
