@@ -353,7 +353,7 @@ array_at: Any = intrinsic(_array_at)
 
 
 def length_in_memory(sample: Any) -> int:
-    """Return how many float64 a tuple like a sample takes."""
+    """Return the length in float64 of a tuple like a sample."""
     from numba.core.registry import cpu_target
 
     context = cpu_target.target_context

@@ -252,7 +252,7 @@ def _core(chain: DamperChain, middle: int, trial: Trial, ends: Array, dt: float)
 
 @borrowing
 def _inputs(chain: DamperChain, trial: Trial, dt: float) -> float:
-    """Do what ``inputs`` says."""
+    """Take the part of ``inputs``."""
     places, count, work = chain.places, chain.places.channels, trial.work
     ends = work[places.ends :]
     for c in range(count):
@@ -292,7 +292,7 @@ def _moved(chain: DamperChain, trial: Trial, ends: Array, dt: float) -> None:
 
 @borrowing
 def _step(chain: DamperChain, trial: Trial, dt: float, field: float) -> tuple[float, float, float]:
-    """Do what ``step`` says."""
+    """Take the step of ``step``."""
     places, count, state = chain.places, chain.places.channels, trial.state
     seen = _inputs(chain, trial, dt)
     ends = trial.work[places.ends :]
@@ -381,13 +381,13 @@ def _trial_at(chain: DamperChain, state: Any, after: Any, given: Any, work: Any)
 
 
 def _inputs_of(state: Any, after: Any, given: Any, work: Any, dt: float, memory: Any) -> float:
-    """Be what ``inputs`` calls."""
+    """Take the part of ``inputs`` at pointers."""
     chain = _read_chain(memory)
     return _inputs(chain, _trial_at(chain, state, after, given, work), dt)
 
 
 def _step_of(state: Any, after: Any, given: Any, work: Any, dt: float, memory: Any) -> float:
-    """Be what ``step`` calls."""
+    """Take the step of ``step`` at pointers."""
     chain = _read_chain(memory)
     trial, made = _trial_at(chain, state, after, given, work), chain.places.made
     force, trial.work[made], trial.work[made + 1] = _step(chain, trial, dt, trial.work[made])
