@@ -307,7 +307,8 @@ def _discovered(job: _Job) -> DiscoveryOutput:
         told = told.model_copy(update={"verdict": chosen.verdict, "advice": (lacking,), "suspects": ()})
     before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
     bench = gathering.fitter.bench
-    floors = Floors(gathering.noise, bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout"))
+    measured, in_line = bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout")
+    floors = Floors(gathering.noise, measured, in_line, bench.most_noise("train"))
     if worth_examining(chosen, floors, STANDARD):
         job.progress("law and invariances", 0, 1)
         own = replace(job.settings, current_order="auto", start=())

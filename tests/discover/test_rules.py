@@ -172,7 +172,7 @@ def _selected(after: float, before: float) -> Selection:
 
 
 def left_open(after: float, before: float) -> Rule:
-    return lambda p: not leaves_noise(_selected(after, before), 1.0, p)
+    return lambda p: not leaves_noise(_selected(after, before), Floors(1.0, False), p)
 
 
 def above_the_floor(after: float, measured: bool = True) -> Rule:

@@ -209,7 +209,9 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
     assert effect.parameters[0].value == pytest.approx(1.2**-2, rel=0.02)
 
 
-BENCH = SimpleNamespace(noise_is_measured=lambda role: True, noise_is_in_line=lambda role: True)
+BENCH = SimpleNamespace(
+    noise_is_measured=lambda role: True, noise_is_in_line=lambda role: True, most_noise=lambda role: 1.0
+)
 CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
 
 

@@ -71,7 +71,7 @@ class CombinedResult:
 
 @dataclass(frozen=True)
 class Floors:
-    """Noise floors of held-out conditions.
+    """Noise floors, of held-out conditions where nothing else is said.
 
     Attributes
     ----------
@@ -82,11 +82,14 @@ class Floors:
         holds the error of a wrong law, too: it cannot say that nothing is missing.
     in_line
         Whether those that were not are no larger than those that were.
+    fitted
+        The most that the noise of fitted conditions can be, in multiples of their floor.
     """
 
     noise: float
     measured: bool
     in_line: bool = False
+    fitted: float = 1.0
 
     @property
     def told(self) -> bool:
@@ -106,7 +109,8 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     policy
         The thresholds.
     """
-    above = chosen.final.holdout > policy.examined_above_floor * floors.noise
+    held_out = chosen.final.holdout > policy.examined_above_floor * floors.noise
+    above = held_out or _is_above_when_fitted(chosen, floors, policy)
     if chosen.verdict == "unexplained":
         return True
     if not floors.measured and not (floors.in_line and not above):
@@ -122,9 +126,19 @@ def _leaves_much(chosen: Selection, noise: float, policy: Policy) -> bool:
     return gap > 0.0 and after**2 - noise**2 > allowed * gap
 
 
-def leaves_noise(chosen: Selection, noise: float, policy: Policy) -> bool:
-    """Return whether effects beside a base leave so little that it may be exact, if its floor can be trusted."""
-    return chosen.verdict in ("named", "ambiguous") and not _leaves_much(chosen, noise, policy)
+def _is_above_when_fitted(chosen: Selection, floors: Floors, policy: Policy) -> bool:
+    """Return whether a model errs beyond the noise even where it was fitted, which no exact one does."""
+    return bool(chosen.final.train > policy.examined_above_floor * floors.fitted)
+
+
+def leaves_noise(chosen: Selection, floors: Floors, policy: Policy) -> bool:
+    """Return whether effects beside a base leave so little that it may be exact, if its floor can be trusted.
+
+    Effects that stand for a law come close to the noise, and take nearly all of a large gap. They do not reach it.
+    """
+    if floors.told and _is_above_when_fitted(chosen, floors, policy):
+        return False
+    return chosen.verdict in ("named", "ambiguous") and not _leaves_much(chosen, floors.noise, policy)
 
 
 def combine(
@@ -175,15 +189,12 @@ def combine(
 
 
 def closes_the_gap(chosen: Selection, policy: Policy) -> bool:
-    """Return whether effects take next to all of a gap, on conditions that were fitted and on those held out.
+    """Return whether effects take next to all of a gap on held-out conditions.
 
     What a form of an effect leaves is small against what it takes. A wrong base with a wrong effect leaves more.
     """
-    errors = ((chosen.base.train, chosen.final.train), (chosen.base.holdout, chosen.final.holdout))
-    return all(
-        after <= policy.examined_above_floor or after**2 - 1.0 < policy.left_if_closed * (before**2 - 1.0)
-        for before, after in errors
-    )
+    before, after = chosen.base.holdout, chosen.final.holdout
+    return after <= policy.examined_above_floor or after**2 - 1.0 < policy.left_if_closed * (before**2 - 1.0)
 
 
 def _partners(chosen: Selection, examined: LawFindings, effect: InvariantEffect, policy: Policy) -> tuple[str, ...]:

@@ -60,7 +60,7 @@ def beside_open_law(
     """
     fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
     examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
-    combined = combine(chosen, examined, policy, leaves_noise(chosen, floors.noise, policy), floors.told)
+    combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
     after = base if combined.taken_back else gathering.refit_of(chosen.final)
     held = held_at(combined.standing)
