@@ -171,22 +171,24 @@ def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(v
         assert (open_.named == ("s",)) is not believed
 
 
-@pytest.mark.parametrize("verdict", ["none", "insufficient-data"])
-def test_a_floor_that_was_guessed_cannot_say_that_nothing_is_missing(verdict: str) -> None:
-    assert worth_examining(exact(verdict), Floors(1.0, False), STANDARD)
-    assert not worth_examining(exact(verdict), Floors(1.0, True), STANDARD)
-    nothing = combine(exact(verdict), LawFindings(), STANDARD)
-    assert (nothing.verdict, nothing.named) == (verdict, ())
-    assert combine(exact(verdict), LawFindings(named=(effect("s"),)), STANDARD).named == ("s",)
+@pytest.mark.parametrize("measured", [False, True])
+def test_no_examination_overrules_a_base_that_lacks_nothing(measured: bool) -> None:
+    assert not worth_examining(exact("none"), Floors(1.0, measured), STANDARD)
+    found = combine(exact("none"), LawFindings(named=(effect("s"),)), STANDARD)
+    assert (found.verdict, found.named, found.law_is_open, found.law_may_be_off) == ("none", (), False, False)
 
 
-@pytest.mark.parametrize("verdict", ["none", "named", "ambiguous"])
+def test_a_floor_that_was_guessed_cannot_say_that_a_name_is_right_nor_that_data_are_too_few() -> None:
+    assert worth_examining(exact("insufficient-data"), Floors(1.0, False), STANDARD)
+    assert not worth_examining(exact("insufficient-data"), Floors(1.0, True), STANDARD)
+    nothing = combine(exact("insufficient-data"), LawFindings(), STANDARD)
+    assert (nothing.verdict, nothing.named) == ("insufficient-data", ())
+    assert combine(exact("insufficient-data"), LawFindings(named=(effect("s"),)), STANDARD).named == ("s",)
+
+
+@pytest.mark.parametrize("verdict", ["named", "ambiguous"])
 def test_a_guessed_floor_in_line_with_those_measured_is_trusted_where_only_noise_is_left(verdict: str) -> None:
-    effects = () if verdict == "none" else ("a",)
-    at, above = (
-        replace(exact(verdict, *effects), final=fit(left, *effects))
-        for left in (STANDARD.examined_above_floor - 0.01, 1.3)
-    )
+    at, above = (exact(verdict, "a", left=left) for left in (STANDARD.examined_above_floor - 0.01, 1.3))
     in_line = Floors(1.0, measured=False, in_line=True)
     assert not worth_examining(at, in_line, STANDARD)
     assert worth_examining(at, Floors(1.0, measured=False), STANDARD)
@@ -198,7 +200,6 @@ def test_other_laws_are_fitted_only_where_the_base_is_not_taken_as_exact() -> No
     believed = LawFindings(errors=LawErrors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=0.01, open=0.01))
     assert not combine(exact("named", "a"), believed, STANDARD, noisy=True).law_may_be_off
     assert not combine(exact("none"), LawFindings(), STANDARD).law_may_be_off
-    assert combine(exact("none"), LawFindings(named=(effect("s"),)), STANDARD).law_may_be_off
     assert combine(exact("named", "a"), LawFindings(), STANDARD).law_may_be_off
     assert combine(exact(), LawFindings(), STANDARD).law_may_be_off
 

@@ -2,7 +2,8 @@
 
 Where a base with its effects leaves the noise, it is taken as exact: that is the sharper way, and any effect of the
 library can be told. Where it does not, its own error hides effects or imitates them. There an effect is believed that
-breaks an invariance which every law keeps, and no other. Nothing is computed, read or written here.
+breaks an invariance which every law keeps, and no other. Where a base alone leaves no more than the noise, nothing is missing, and
+an examination has no say. Nothing is computed, read or written here.
 """
 
 from collections.abc import Sequence
@@ -111,11 +112,11 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     """
     held_out = chosen.final.holdout > policy.examined_above_floor * floors.noise
     above = held_out or _is_above_when_fitted(chosen, floors, policy)
-    if chosen.verdict == "unexplained":
-        return True
+    if chosen.verdict in ("none", "unexplained"):
+        return chosen.verdict == "unexplained"
     if not floors.measured and not (floors.in_line and not above):
         return True
-    if chosen.verdict in ("none", "insufficient-data"):
+    if chosen.verdict == "insufficient-data":
         return False
     return above or _leaves_much(chosen, floors.noise, policy)
 
@@ -161,7 +162,7 @@ def combine(
         Whether no floor can hold the error of a law, see ``Floors``: a gap above it then is one.
     """
     exact = CombinedResult(chosen.verdict, chosen.named, chosen.ambiguous)
-    if examined is None or examined.not_applicable:
+    if examined is None or examined.not_applicable or chosen.verdict == "none":
         return exact
     if noisy and (_as_good_as_any_law(examined, policy) or (told and closes_the_gap(chosen, policy))):
         return exact
