@@ -140,7 +140,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         output = base_of(settings.model.partition("+")[0]).spec.output
         if settings.driven_by == "none" and output == OUTPUT_ON_MASS:
             progress("errors of plain fits", 0, 1)
-            told = replace(told, found=with_plain_errors(told.found, workspace, settings, logged))
+            told = replace(told, found=with_plain_errors(told.found, told.near, workspace, settings, logged))
             progress("errors of plain fits", 1, 1)
     own = {k: v for k, v in asdict(given).items() if k != "jobs"}
     made = {"code": code_version("discover"), "segments_sha256": segments_digest(rows), "settings": own}
@@ -256,10 +256,14 @@ def insufficient(asked: DiscoveryRequest, lacking: str) -> DiscoveryFile:
 
 @dataclass(frozen=True)
 class DiscoveryOutput:
-    """Files of a discovery: discovery.json's content, and the errors of every sample, by column."""
+    """Files of a discovery: discovery.json's content, and the errors of every sample, by column.
+
+    ``near`` holds the parameters of the augmented model by name (SI), as they were fitted.
+    """
 
     found: DiscoveryFile
     series: Mapping[str, Array] = field(default_factory=dict)
+    near: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -321,7 +325,8 @@ def _discovered(job: _Job) -> DiscoveryOutput:
         job.progress("formula", 0, 1)
         told = with_law_repair(with_formula(told, bench, before, STANDARD), bench, before, STANDARD)
         job.progress("formula", 1, 1)
-    return DiscoveryOutput(told, {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)})
+    series = {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)}
+    return DiscoveryOutput(told, series, {**before.values, **after.values})
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:

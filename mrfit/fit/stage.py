@@ -1,7 +1,7 @@
 """The fit stage: segments and a model name in, identified parameters with errors and intervals out."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -34,6 +34,7 @@ from mrfit.io.workspace import Workspace, check_name, checked, write_json
 from mrfit.kernels.jit import is_cold
 from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
+from mrfit.search.descent import Descent
 from mrfit.search.limits import seconds_left
 from mrfit.search.parts import Blocks, SegmentPart
 from mrfit.search.problem import LeastSquaresProblem
@@ -52,6 +53,9 @@ from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
 from mrfit.simulate.current_levels import base_of, checked_order, kept, sign_warnings
+
+# Search from near the optimum
+NEAR_ITS_OPTIMUM = Descent(60, 1e-6, 0.0)
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> Fit:
@@ -146,6 +150,40 @@ def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: 
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
     content = checked(_summary(runner, asked, pieces, metrics))
     return FitOutput(content, blocks, simulated, prepared.assembly)
+
+
+def held_out_error(dataset: Dataset, settings: Settings, near: Mapping[str, float] | None = None) -> float | None:
+    """Return the NRMSE of a fit over all held-out conditions; None where nothing is held out.
+
+    Parameters
+    ----------
+    dataset
+        Segments and recordings.
+    settings
+        What to fit, all conditions together, and how.
+    near
+        Values by parameter name (SI) near its optimum, from which one descent is enough; None to search for it.
+
+    Raises
+    ------
+    ConfigError, DataError
+        As ``run`` does.
+    """
+    prepared = prepare(dataset, settings)
+    runner = _Runner(prepared, settings, FitOrigin("", "", ""), silent)
+    ((name, segments),) = prepared.groups.items()
+    group = runner.group(name, segments)
+    cube = at_scales(prepared.cube, group.training, base_of(settings.model))
+    search = runner.search if near is None else replace(runner.search, own=NEAR_ITS_OPTIMUM)
+    found = runner._search(group, cube, search, [] if near is None else [dict(near)])
+    theta = cube.to_theta(np.array([found.point]))[0]
+    simulated = [simulate_block(part.block, prepared.assembly, theta)[0] for part in group.full.parts]
+    return over_held_out(metric_rows(group.full, group.floors, simulated, prepared.assembly))
+
+
+def over_held_out(metrics: Sequence[MetricRow]) -> float | None:
+    """Return the NRMSE over all held-out conditions; None where nothing is held out."""
+    return next((m.nrmse for m in metrics if (m.role, m.condition) == ("holdout", "all")), None)
 
 
 def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: Progress) -> FitOutput:
@@ -306,6 +344,20 @@ class _Runner:
     def key(self) -> str:
         return self.origin.key
 
+    @property
+    def search(self) -> SearchSettings:
+        """Strategy and limits of the search."""
+        settings = self.settings
+        limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
+        own = OUTPUT_ERROR_DESCENT if "@" in settings.model and settings.optimizer == Settings.optimizer else None
+        return SearchSettings(settings.optimizer, settings.seed, *limits, own=own)
+
+    def group(self, name: str, segments: list[Segment]) -> FitGroup:
+        """Return the blocks of some segments."""
+        # where a part of each test is held out already, no third of its cycles is
+        split = self.settings.per == "condition" and len({s.role for s in segments}) == 1
+        return build_group(name, segments, self.prepared.recordings, self.assembly, split)
+
     def fit_groups(self) -> list[GroupFit]:
         groups, jobs, pieces = list(self.prepared.groups.items()), self.settings.jobs, []
         if is_cold():
@@ -333,14 +385,8 @@ class _Runner:
 
     def _fit(self, name: str, segments: list[Segment], kept: FoundPoint | None = None) -> GroupFit:
         settings = self.settings
-        # where a part of each test is held out already, no third of its cycles is
-        split = settings.per == "condition" and len({s.role for s in segments}) == 1
-        group = build_group(name, segments, self.prepared.recordings, self.assembly, split)
-        limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
-        driven = "@" in settings.model
-        own = OUTPUT_ERROR_DESCENT if driven and settings.optimizer == Settings.optimizer else None
-        search = SearchSettings(settings.optimizer, settings.seed, *limits, own=own)
-        cube, begun = self.prepared.cube, list[dict[str, float]]()
+        group, search = self.group(name, segments), self.search
+        driven, cube, begun = "@" in settings.model, self.prepared.cube, list[dict[str, float]]()
         if driven:
             cube, begun = inverse_dynamics(group.training.parts, self.prepared.recordings, settings, cube)
         else:

@@ -178,7 +178,7 @@ def test_no_examination_overrules_a_base_that_lacks_nothing(measured: bool) -> N
     assert (found.verdict, found.named, found.law_is_open, found.law_may_be_off) == ("none", (), False, False)
 
 
-def test_a_floor_that_was_guessed_cannot_say_that_a_name_is_right_nor_that_data_are_too_few() -> None:
+def test_a_floor_that_was_guessed_cannot_say_that_data_are_too_few() -> None:
     assert worth_examining(exact("insufficient-data"), Floors(1.0, False), STANDARD)
     assert not worth_examining(exact("insufficient-data"), Floors(1.0, True), STANDARD)
     nothing = combine(exact("insufficient-data"), LawFindings(), STANDARD)

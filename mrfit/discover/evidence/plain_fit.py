@@ -1,6 +1,6 @@
 """The error on held-out conditions by fits of their own, in which every sample weighs alike."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from mrfit.errors import MrfitError, Unreachable
 from mrfit.fit import stage as fit_stage
@@ -12,13 +12,19 @@ from mrfit.io.workspace import Workspace
 from mrfit.settings.discover import Settings
 
 
-def with_plain_errors(found: DiscoveryFile, workspace: Workspace, settings: Settings, data: Dataset) -> DiscoveryFile:
+def with_plain_errors(
+    found: DiscoveryFile, near: Mapping[str, float], workspace: Workspace, settings: Settings, data: Dataset
+) -> DiscoveryFile:
     """Return a discovery with the errors that fits of its base and of its augmented model state of held-out conditions.
+
+    The base's own is the very fit. That of the augmented model descends from where the discovery's ended.
 
     Parameters
     ----------
     found
         The discovery.
+    near
+        Parameters of the augmented model by name (SI) in the discovery.
     workspace
         May hold the fits already.
     settings
@@ -28,7 +34,7 @@ def with_plain_errors(found: DiscoveryFile, workspace: Workspace, settings: Sett
     """
     before = after = _stated(workspace, data, _fit_of(found.base_model, settings))
     if found.augmented_model != found.base_model:
-        after = _stated(workspace, data, _fit_of(found.augmented_model, settings, found.held))
+        after = _stated(workspace, data, _fit_of(found.augmented_model, settings, found.held), near)
     gap = found.gap.model_copy(update={"plain_before": before, "plain_after": after})
     return found.model_copy(update={"gap": gap})
 
@@ -44,14 +50,16 @@ def _fit_of(model: str, settings: Settings, held: Sequence[tuple[str, float]] = 
     )
 
 
-def _stated(workspace: Workspace, data: Dataset, fit: fit_stage.Settings) -> float | None:
+def _stated(
+    workspace: Workspace, data: Dataset, fit: fit_stage.Settings, near: Mapping[str, float] | None = None
+) -> float | None:
     """Return the NRMSE over all held-out conditions that a fit states; None where it cannot be made."""
-    origin = fit_stage.origin_of(data, fit)
     known = reusable(workspace.fit_folder(fit.fit_name) / "fit.json", Fit)
     try:
-        content = known if known and known.key == origin.key else fit_stage.identify(data, fit, origin).content
+        if known and known.key == fit_stage.origin_of(data, fit).key:
+            return fit_stage.over_held_out(known.metrics)
+        return fit_stage.held_out_error(data, fit, near)
     except Unreachable:
         raise
     except MrfitError:
         return None
-    return next((m.nrmse for m in content.metrics if (m.role, m.condition) == ("holdout", "all")), None)

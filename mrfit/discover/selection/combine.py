@@ -2,8 +2,8 @@
 
 Where a base with its effects leaves the noise, it is taken as exact: that is the sharper way, and any effect of the
 library can be told. Where it does not, its own error hides effects or imitates them. There an effect is believed that
-breaks an invariance which every law keeps, and no other. Where a base alone leaves no more than the noise, nothing is missing, and
-an examination has no say. Nothing is computed, read or written here.
+breaks an invariance which every law keeps, and no other. Where a base alone leaves no more than the noise, nothing is
+missing, and an examination has no say. Nothing is computed, read or written here.
 """
 
 from collections.abc import Sequence
