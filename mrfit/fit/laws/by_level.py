@@ -11,6 +11,7 @@ Left out of the sum, a level is predicted from its neighbours; the error there i
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -179,6 +180,31 @@ class Tests:
                 targets.append(q.T @ np.concatenate(self.targets[used]))
             self.reduced[key] = levels, np.array(factors), np.array(targets)
         return self.reduced[key]
+
+    @cached_property
+    def information(self) -> Array:
+        """What the conditions of each level tell of the coordinates, Σ RᵀR of shape (L, F, F)."""
+        found = np.zeros((len(self.currents), *self.factors.shape[1:]))
+        rows = self.factors[: len(self.places)]
+        np.add.at(found, self.places, rows.swapaxes(1, 2) @ rows)
+        return found
+
+    @cached_property
+    def strokes(self) -> Array:
+        """Factors R (U, L, F, F): a change dw of the coordinates at a level moves a condition's stroke there by |R·dw|.
+
+        In units of the norm of the output there about its mean. A stroke that diverges there tells nothing.
+        """
+        found = np.zeros((len(self.posed), len(self.currents), len(self.free), len(self.free)))
+        for (test, level), factor in zip(np.ndindex(found.shape[:2]), found.reshape(-1, *found.shape[2:]), strict=True):
+            own, (point, _, slopes) = self.posed[test], _about(self.cube, self.theta[level], self.bent)
+            output = _rows(own)(point[None, :])[0] - own.silent[:-1]
+            if np.isfinite(output).all() and np.ptp(output) > 0.0:
+                rows = sensitivities(_rows(own), point) / slopes
+                factor[:] = np.linalg.qr(np.vstack([rows, np.zeros_like(factor)]), "r") / np.linalg.norm(
+                    output - output.mean()
+                )
+        return found
 
     def deviance(self, test: int, theta: Array) -> Array:
         """Return n·ln(S/S_0) (P,), S the sum of squares at parameters (P, K), S_0 the optimum's, n its worth."""
@@ -393,19 +419,37 @@ class Laws:
     def _model(self, coefficients: Array) -> tuple[Array, Array, Array]:
         """Return the misfits (P,), their rows (P, M) and the derivatives of these (P, M, C)."""
         with np.errstate(all="ignore"):
-            values = np.matmul(self.basis * coefficients[:, None, :], self.counts.transpose(0, 2, 1))
-            exp, ln = self.exp[:, None, :], self.ln[:, None, :]
-            held = np.maximum(values, self.low)
-            raised = np.exp(np.where(exp, values, 0.0))
-            coordinates = np.where(exp, raised, np.where(ln, np.log(np.where(ln, held, 1.0)), values))
-            gains = np.where(exp, raised, np.where(ln, 1.0 / np.where(ln, held, 1.0), 1.0))
-            slopes = np.matmul(gains, self.counts) * self.basis
+            coordinates, slopes = self._coordinates(coefficients)
             rows = np.matmul(self.factors, coordinates[..., None])[..., 0] - self.targets
-            jacobian = np.matmul(self.factors, self.counts[:, None] * slopes[:, :, None, :])
+            jacobian = np.matmul(self.factors, slopes)
             misfits = np.sum(rows**2, axis=(1, 2))
         count = len(coefficients)
         misfits = np.where(np.isfinite(misfits), misfits, np.inf)
         return misfits, np.nan_to_num(rows.reshape(count, -1)), np.nan_to_num(jacobian.reshape(count, -1, self.most))
+
+    def _coordinates(self, coefficients: Array) -> tuple[Array, Array]:
+        """Return the coordinates (P, A, F) at the levels used and their derivatives (P, A, F, C)."""
+        values = np.matmul(self.basis * coefficients[:, None, :], self.counts.transpose(0, 2, 1))
+        exp, ln = self.exp[:, None, :], self.ln[:, None, :]
+        held = np.maximum(values, self.low)
+        raised = np.exp(np.where(exp, values, 0.0))
+        coordinates = np.where(exp, raised, np.where(ln, np.log(np.where(ln, held, 1.0)), values))
+        gains = np.where(exp, raised, np.where(ln, 1.0 / np.where(ln, held, 1.0), 1.0))
+        slopes = np.matmul(gains, self.counts) * self.basis
+        return coordinates, self.counts[:, None] * slopes[:, :, None, :]
+
+    def standard_errors(self) -> Array:
+        """Return the standard error (P, U, L) of what every condition's stroke gives at every level, all being used.
+
+        It is a share of the output's deviation there. What draws levels together is no test, and tells nothing.
+        """
+        with np.errstate(all="ignore"):
+            slopes = self._coordinates(self.coefficients)[1]
+        information = np.einsum("plfc,lfg,plgd->pcd", slopes, self.tests.information, slopes, optimize=True)
+        spread = slopes @ _inverse(information)[:, None] @ slopes.swapaxes(2, 3)
+        strokes = self.tests.strokes
+        errors = np.einsum("ulfg,plgh,ulfh->pul", strokes, spread, strokes, optimize=True)
+        return np.sqrt(np.maximum(np.nan_to_num(errors), 0.0))
 
     def parameters(self, currents: Array) -> Array:
         """Return the parameters (P, A, K) at currents (A,), inside their bounds."""
@@ -429,11 +473,23 @@ class Laws:
 
 
 def _damped_step(jacobian: Array, rows: Array) -> Array:
-    """Return the damped Gauss-Newton steps (P, C) of P problems, in units in which all curvatures are alike."""
+    """Return the damped Gauss-Newton steps (P, C) of P problems."""
     curvature = np.matmul(jacobian.transpose(0, 2, 1), jacobian)
     gradient = np.matmul(jacobian.transpose(0, 2, 1), rows[:, :, None])
+    scaled, unit = _damped(curvature)
+    return -unit * np.linalg.solve(scaled, unit[:, :, None] * gradient)[:, :, 0]
+
+
+def _inverse(curvature: Array) -> Array:
+    """Return the damped inverses of curvatures (P, C, C): the covariances of coefficients."""
+    scaled, unit = _damped(curvature)
+    return np.linalg.inv(scaled) * unit[:, :, None] * unit[:, None, :]
+
+
+def _damped(curvature: Array) -> tuple[Array, Array]:
+    """Return curvatures (P, C, C) in units (P, C) in which all are alike, each raised by a share of its own."""
     diagonal = np.einsum("pcc->pc", curvature)
     unit = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     scaled = curvature * unit[:, :, None] * unit[:, None, :]
     scaled[:, np.arange(scaled.shape[1]), np.arange(scaled.shape[1])] = 1.0 + DAMPING
-    return -unit * np.linalg.solve(scaled, unit[:, :, None] * gradient)[:, :, 0]
+    return scaled, unit

@@ -168,7 +168,7 @@ def choose(tests: Tests, fits: list[LevelFit], kept: dict[str, Order], ends: tup
     usual = {p.name: by_role[p.name] for p in params if p.name in by_role}
     constant = search.reference
     most = [count(usual.get(params[g[0]].name, 0)) - 1 for g in groups]
-    roles = tuple(CurrentLaw(search.own_form(k, order), order) for k, order in enumerate(most))
+    roles = search.determined(tuple(CurrentLaw(search.own_form(k, order), order) for k, order in enumerate(most)))
     search.reference = roles if tests.excess > OWN_ERROR else constant
     state = search.nearest(search.best([roles, constant]))
     orders: dict[str, Order] = dict(kept)

@@ -10,6 +10,12 @@ The laws of all parameters together are changed, one at a time, as long as that 
 from the roles' laws and from constants. Of laws whose error is within one standard error of the best one's, or greater
 by no more than counts, the nearest to the reference is taken (Breiman and others 1984).
 
+Laws are taken only if the tests determine them: the stroke of every condition, at the current of every level, has to be
+predicted with a standard error below half the deviation of the output. A level at which one slow stroke was tested
+gives a yield force and a knee only together, so that laws of both through this level are open at any other speed.
+A law of a role that is not determined gives way to a constant, that of the parameter whose constancy the data oppose
+least.
+
 Where three levels or fewer leave no level to hold out, each order has twice the cost. A law of as many coefficients as
 there are levels goes through all, whatever its form. It has the form whose law of one coefficient fewer comes clearly
 nearest to the optima, else the parameter's own.
@@ -43,23 +49,13 @@ NEGLIGIBLE_RISE = 0.005
 # Distance of a form's law from the optima, as a share of that of the parameter's own form, below which it is nearer. On
 # dampers of 3 currents 1/3 left 5 % beyond 1.5 times the best law's error, 1/2 left 7 %, the own form alone 14 %
 NEARER = 1.0 / 3.0
+# Standard error of a predicted output as a share of its deviation, above which the tests do not determine it: twice
+# the error, an interval of 95 %, then spans the output itself
+MOST_OPEN = 0.5
 # Changes after which the search ends
 MOST_CHANGES = 60
 State = tuple[CurrentLaw, ...]
 """The law of each group of parameters."""
-
-
-@dataclass(frozen=True)
-class Score:
-    """Deviance at each level judged (J,), and the cost of the laws' coefficients."""
-
-    deviances: Array
-    price: float
-
-    @property
-    def total(self) -> float:
-        """What the choice makes least."""
-        return float(self.deviances.sum()) + self.price
 
 
 @dataclass(frozen=True)
@@ -116,15 +112,15 @@ class LawSearch:
         Law of each group that it keeps where no other is better: its form is the group's own.
     kept
         Laws of the other parameters, by place.
-    scores
-        What was judged so far.
+    deviances
+        Deviance (J,) under each condition judged, of what was judged so far.
     """
 
     tests: Tests
     groups: list[list[int]]
     reference: State
     kept: dict[int, CurrentLaw]
-    scores: dict[State, Score] = field(default_factory=dict)
+    deviances: dict[State, Array] = field(default_factory=dict)
 
     @cached_property
     def folds(self) -> list[Fold]:
@@ -160,19 +156,23 @@ class LawSearch:
 
     def score(self, states: Iterable[State]) -> None:
         """Judge states that were not judged before, those of one level simulated together."""
-        new = [s for s in dict.fromkeys(states) if s not in self.scores]
+        new = [s for s in dict.fromkeys(states) if s not in self.deviances]
         if not new:
             return
-        deviances: list[list[Array]] = [[] for _ in new]
+        found_in: list[list[Array]] = [[] for _ in new]
         for fold in self.folds:
             fitted = Laws(self.tests, [self.laws(s) for s in new], fold.known)
             theta = fitted.parameters(self.tests.currents)
             for test in fold.judged:
                 found_at = np.ascontiguousarray(theta[:, self.tests.places[test]])
-                for row, found in zip(deviances, self.tests.deviance(int(test), found_at), strict=True):
+                for row, found in zip(found_in, self.tests.deviance(int(test), found_at), strict=True):
                     row.append(found)
-        for state, row in zip(new, deviances, strict=True):
-            self.scores[state] = Score(np.array(row), self._price(state))
+        for state, row in zip(new, found_in, strict=True):
+            self.deviances[state] = np.array(row)
+
+    def total(self, state: State) -> float:
+        """Return what the choice makes least: a state's deviance and the cost of its coefficients."""
+        return float(self.deviances[state].sum()) + self._price(state)
 
     def _price(self, state: State) -> float:
         changes = 0.0
@@ -182,10 +182,44 @@ class LawSearch:
             changes += len(members) * own * (1.0 if role in POLYNOMIAL_ROLES or not role else UNUSUAL)
         return self.price * changes
 
-    def _first_inside(self, states: Iterable[State]) -> State | None:
-        """Return the first state none of whose positive parameters falls below its bound within the range tested."""
+    def _first_allowed(self, states: Iterable[State]) -> State | None:
+        """Return the first state that the tests determine and that stays inside the parameters' bounds."""
+        return next((s for s in states if not self._leaves_bounds(s) and self.is_determined(s)), None)
+
+    def _leaves_bounds(self, state: State) -> bool:
+        """Return whether a positive parameter falls below its bound within the range tested."""
         grid = np.linspace(self.tests.currents[0], self.tests.currents[-1], CURRENT_GRID)
-        return next((s for s in states if not self.fitted(s).leaves_bounds(grid)[0]), None)
+        return bool(self.fitted(state).leaves_bounds(grid)[0])
+
+    def is_determined(self, state: State) -> bool:
+        """Return whether the tests determine a state's prediction of every stroke at every current.
+
+        Where constants leave it open, no law of current is to blame.
+        """
+        return self._openness(state) <= MOST_OPEN
+
+    def _openness(self, state: State) -> float:
+        """Return the greatest share of a predicted output that is open, of those that constants do not leave open."""
+        found: Array = self.fitted(state).standard_errors()[0]
+        return float(np.max(found, where=self._constant_errors <= MOST_OPEN, initial=0.0))
+
+    @cached_property
+    def _constant_errors(self) -> Array:
+        """Standard error (U, L) of what constants predict of every stroke at every current."""
+        constant = tuple(self._constant(group) for group in range(len(self.groups)))
+        found: Array = self.fitted(constant).standard_errors()[0]
+        return found
+
+    def determined(self, state: State) -> State:
+        """Return a state with constants in place of laws that the tests do not determine, the fewest, of least misfit."""
+        while not self.is_determined(state):
+            varying = [g for g, law in enumerate(state) if law.order]
+            fewer = [(*state[:g], self._constant(g), *state[g + 1 :]) for g in varying]
+            enough = [s for s in fewer if self.is_determined(s)]
+            self.score(enough)
+            found = min(enough, key=lambda s: float(self.deviances[s].sum()), default=None)
+            state = found or min(fewer, key=self._openness)
+        return state
 
     def fitted(self, state: State) -> Laws:
         """Return the laws that fit all conditions best."""
@@ -243,15 +277,15 @@ class LawSearch:
 
     def best(self, starts: Iterable[State]) -> State:
         """Return the state of least cost that single changes lead to from any of some states, and do not improve."""
-        return min((self._improved(s) for s in starts), key=lambda s: self.scores[s].total)
+        return min((self._improved(s) for s in starts), key=lambda s: self.total(s))
 
     def _improved(self, state: State) -> State:
         self.score([state])
         for _ in range(MOST_CHANGES):
             others = [s for g in range(len(state)) for s in self.neighbours(state, g)]
             self.score(others)
-            lower = [s for s in others if self.scores[s].total < self.scores[state].total]
-            least = self._first_inside(sorted(lower, key=lambda s: self.scores[s].total))
+            lower = [s for s in others if self.total(s) < self.total(state)]
+            least = self._first_allowed(sorted(lower, key=lambda s: self.total(s)))
             if least is None:
                 break
             state = least
@@ -266,15 +300,14 @@ class LawSearch:
             ]
             self.score(nearer)
             alike = [s for s in nearer if self._alike(s, best)]
-            found = self._first_inside(sorted(alike, key=lambda s: (self._price(s), self.scores[s].total)))
+            found = self._first_allowed(sorted(alike, key=lambda s: (self._price(s), self.total(s))))
             if found is None:
                 return state
             state = found
 
     def _alike(self, state: State, best: State) -> bool:
-        found, least = self.scores[state], self.scores[best]
-        more = found.deviances - least.deviances
-        if len(more) < 3 or not np.isfinite(found.total):
+        more = self.deviances[state] - self.deviances[best]
+        if len(more) < 3 or not np.isfinite(self.total(state)):
             return False
         limit = np.sqrt(len(more)) * float(np.std(more, ddof=1))
         errors = np.exp(0.5 * more / self._worth)
@@ -292,12 +325,13 @@ class LawSearch:
 
     def objection(self, state: State, chosen: State) -> str:
         """Return why a state was not taken though the error at the levels left out is smaller than the chosen one's."""
-        found, taken = self.scores[state], self.scores[chosen]
-        if self._first_inside([state]) is None:
+        if self._leaves_bounds(state):
             return "it falls below the parameter's bound between the currents"
-        if found.deviances.sum() >= taken.deviances.sum():
+        if not self.is_determined(state):
+            return "the tests do not determine it"
+        if self.deviances[state].sum() >= self.deviances[chosen].sum():
             return "it is worse where single conditions are left out"
-        if found.total >= taken.total:
+        if self.total(state) >= self.total(chosen):
             return "the gain does not pay for the change"
         return "the gain is within one standard error over conditions"
 
@@ -307,7 +341,7 @@ class LawSearch:
         It is that of the fold in which the whole level is left out, where there is one.
         """
         whole = sum(len(f.judged) for f in self.folds[: len(self.tests.currents) - 2]) if self.held_out else None
-        deviances, judged = self.scores[state].deviances[:whole], self._judged[:whole]
+        deviances, judged = self.deviances[state][:whole], self._judged[:whole]
         levels = self.tests.places[judged]
         squares = self.tests.squares[judged] + self.tests.unseen[judged]
         with np.errstate(over="ignore", invalid="ignore"):
