@@ -87,8 +87,7 @@ class LevelProblem:
         blocks = self.posed.blocks
         parts = np.split(rows, np.cumsum([len(b.target) for b in blocks])[:-1])
         samples = max(sum(effective_samples(part) for part in parts), 2.0)
-        excess = self.excess(rows)
-        own = max(1.0 - 1.0 / excess**2, 0.0) if excess > 0.0 else 0.0
+        own = _own_share(self.excess(rows))
         return 1.0 / ((1.0 - own) ** 2 / samples + own**2 / STROKE)
 
 
@@ -183,10 +182,19 @@ class Tests:
 
     @cached_property
     def information(self) -> Array:
-        """What the conditions of each level tell of the coordinates, Σ RᵀR of shape (L, F, F)."""
-        found = np.zeros((len(self.currents), *self.factors.shape[1:]))
+        """What the conditions of each level tell of the coordinates, Σ RᵀR of shape (L, F, F).
+
+        The model errs under a level's only stroke as under all, whatever the fit to it leaves: a condition's error
+        counts as no less than the model's own is of its output in the median.
+        """
+        own = _own_share(self.excess)
+        powers = np.array([len(rows) * np.var(rows) for rows in (posed.silent[:-1] for posed in self.posed)])
+        left = np.maximum(self.squares, float(np.median(self.squares / powers)) * powers)
+        worth = np.minimum(self.worth, STROKE / own**2) if own else self.worth
+        told = worth / self.worth * self.squares / left
         rows = self.factors[: len(self.places)]
-        np.add.at(found, self.places, rows.swapaxes(1, 2) @ rows)
+        found = np.zeros((len(self.currents), *self.factors.shape[1:]))
+        np.add.at(found, self.places, told[:, None, None] * (rows.swapaxes(1, 2) @ rows))
         return found
 
     @cached_property
@@ -215,6 +223,11 @@ class Tests:
             more = self.unseen[test]
             deviance = self.worth[test] * np.log((np.maximum(squares, SQUARES_ROUNDING) + more) / (least + more))
         return np.where(np.isfinite(squares), deviance, np.inf)
+
+
+def _own_share(excess: float) -> float:
+    """Return the share of the squares left that the model itself leaves, of an error in multiples of the noise floor."""
+    return max(1.0 - 1.0 / excess**2, 0.0) if excess > 0.0 else 0.0
 
 
 def _curved(spec: ModelSpec, cube: Cube) -> Mask:

@@ -255,6 +255,24 @@ def test_laws_that_come_alike_are_those_of_the_roles_where_the_model_errs(tmp_pa
     assert not re.search(r"(log|plain|sat)\d", "".join(fit.current_choice.text[1:]))
 
 
+@pytest.mark.parametrize(
+    ("slow_only", "expected"), [(False, {"fy": 2, "C_inf": 1, "vy": 2}), (True, {"fy": 2, "C_inf": 1})]
+)
+def test_a_law_of_the_knee_is_taken_only_where_a_stroke_at_every_current_passes_the_knee(
+    tmp_path: Path, slow_only: bool, expected: dict[str, Any]
+) -> None:
+    """A stiffness is missing, so that the laws are those of the roles; the slow stroke stays below the knee."""
+    law: Law = lambda i: {"fy": 250 + 900 * i - 200 * i * i, "vy": 0.02, "C_inf": 3e3}  # noqa: E731
+    workspace, _ = planted(
+        tmp_path, "biviscous", law, ((0.0, 0.5, 1.0), ()), lambda channels: 5e3 * channels["displacement"]
+    )
+    fast = [s.id for s in workspace.read_segments() if s.current == 0.5 and s.frequency > 0.5]
+    if slow_only:
+        segments = [replace(s, role="holdout" if s.id in fast else "train") for s in workspace.read_segments()]
+        workspace.write_segments(segments, {})
+    assert orders(fitted(workspace, "biviscous")) == expected
+
+
 def test_what_the_user_fixes_or_asks_for_is_not_chosen(tmp_path: Path) -> None:
     law: Law = lambda i: {"fy": 100 + 900 * i, "C_inf": 800 + 600 * i}  # noqa: E731
     workspace, _ = planted(tmp_path, "bingham", law)
