@@ -248,9 +248,10 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
     segments
         Segments with named conditions.
     holdout
-        ``none``; ``auto``: a quarter of the conditions, those inside the grid of frequency, amplitude and current
-        first, none below four tests, never more than half of one kind of test (waveform, current held or moving) and
-        one of each kind that has two; or, separated by commas, ``quantity=value`` (within 5 %) and patterns on
+        ``none``; ``auto``: a quarter of the conditions, none below four tests, never more than half of one kind of test
+        (waveform, current held or moving) and one of each kind that has two. First come conditions whose current and
+        temperature others keep in training, then those between two such levels, then those inside the grid of
+        frequency, amplitude and current; or, separated by commas, ``quantity=value`` (within 5 %) and patterns on
         condition names. A test is a condition, or a record without cycles.
 
     Raises
@@ -359,7 +360,7 @@ def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     if len({(s.condition, "" if s.cycles else s.recording) for s in segments}) < FEWEST_FOR_HOLDOUT:
         return set()
     grid, kinds = _grid(segments, conditions)
-    inside = np.sum((grid > 0.0) & (grid < 1.0), axis=1)
+    levels, inside = _levels(segments, conditions), np.sum((grid > 0.0) & (grid < 1.0), axis=1)
     room = {k: kinds.count(k) // 2 for k in kinds}
     chosen: list[int] = []
     # every kind of test that has two conditions is represented before any has two
@@ -370,7 +371,7 @@ def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
         if not open_:
             break
         fresh = [i for i in open_ if not any(kinds[j] == kinds[i] for j in chosen)]
-        best = max(fresh or open_, key=lambda i: (inside[i], _spread(grid, i, chosen), -i))
+        best = max(fresh or open_, key=lambda i: (*_kept(levels, i, chosen), inside[i], _spread(grid, i, chosen), -i))
         room[kinds[best]] -= 1
         chosen.append(best)
     return {conditions[i] for i in chosen}
@@ -389,21 +390,54 @@ def _grid(segments: Sequence[Segment], conditions: Sequence[str]) -> tuple[Array
     Beside it each condition's kind: its waveform, and whether the current was held.
     """
     first = {s.condition: s for s in reversed(segments)}
-    columns = []
-    for name, tolerance in (
-        ("frequency", SAME_TEST_FREQUENCY),
-        ("amplitude", SAME_TEST_AMPLITUDE),
-        ("current", SAME_TEST_LEVEL),
-    ):
-        values = np.nan_to_num(np.array([float(getattr(first[c], name)) for c in conditions]))
-        order = np.argsort(values, kind="stable")
-        sorted_values = values[order]
-        step = np.diff(sorted_values) > np.maximum(tolerance * np.abs(sorted_values[1:]), 1e-12)
-        ranks = np.empty(len(values))
-        ranks[order] = np.concatenate([[0], np.cumsum(step)])
-        columns.append(ranks / max(float(ranks.max()), 1.0))
+    columns = [
+        _places(np.nan_to_num(_values(first, conditions, name)), tolerance)
+        for name, tolerance in (
+            ("frequency", SAME_TEST_FREQUENCY),
+            ("amplitude", SAME_TEST_AMPLITUDE),
+            ("current", SAME_TEST_LEVEL),
+        )
+    ]
     kinds = [
         f"{first[c].waveform} {'at held' if np.isfinite(first[c].current) else 'under moving'} current"
         for c in conditions
     ]
     return np.stack(columns, axis=1), kinds
+
+
+def _levels(segments: Sequence[Segment], conditions: Sequence[str]) -> Array:
+    """Return each condition's place among the levels of current and of temperature, (conditions, 2), -1 for none."""
+    first = {s.condition: s for s in reversed(segments)}
+    columns = []
+    for name, tolerance, least in (("current", SAME_TEST_LEVEL, LEAST_CURRENT), ("temperature", 0.0, SAME_TEMPERATURE)):
+        values = _values(first, conditions, name)
+        known = np.isfinite(values)
+        columns.append(np.full(len(values), -1.0))
+        columns[-1][known] = _places(values[known], tolerance, least)
+    return np.stack(columns, axis=1)
+
+
+def _kept(levels: Array, i: int, chosen: Sequence[int]) -> tuple[int, ...]:
+    """Return the rest of a condition's levels without it: 2 for a test, 1 for levels on both sides, 0 for neither.
+
+    No law of current or temperature goes through a level without a test in training, nor on beyond the last one.
+    """
+    others = [j for j in range(len(levels)) if j != i and j not in chosen]
+    left = np.where((levels[others] == levels[i]).any(axis=0), 2, (levels[i] > 0.0) & (levels[i] < 1.0))
+    return tuple(left.tolist())
+
+
+def _values(first: Mapping[str, Segment], conditions: Sequence[str], name: str) -> Array:
+    return np.array([float(getattr(first[c], name)) for c in conditions])
+
+
+def _places(values: Array, tolerance: float, least: float = 1e-12) -> Array:
+    """Return the place of each value among the steps of all, 0 to 1: values are a step apart by a share, or more."""
+    if not len(values):
+        return values
+    order = np.argsort(values, kind="stable")
+    ordered = values[order]
+    step = np.diff(ordered) > np.maximum(tolerance * np.abs(ordered[1:]), least)
+    ranks = np.empty(len(values))
+    ranks[order] = np.concatenate([[0], np.cumsum(step)])
+    return ranks / max(float(ranks.max()), 1.0)

@@ -144,6 +144,26 @@ def test_no_waveform_is_held_out_whole(count: int) -> None:
     assert "holdout" in found.values()
 
 
+@pytest.mark.parametrize("currents", [(0.0, 0.5, 1.0), (0.5, 1.0, 0.0), (1.0, 0.0, 0.5, 1.5), (0.0, 1.0)])
+def test_every_level_of_current_and_temperature_keeps_a_test(currents: tuple[float, ...]) -> None:
+    """No two tests are of one frequency, so that those at the least current may lie inside the grid."""
+    tests = [(f, i, t) for f, t in ((0.5, 20.0), (8.0, 60.0)) for i in currents]
+    segments = [
+        segment(f"{k}", f * 1.05**k, 2.0, i, "displacement", temperature=t) for k, (f, i, t) in enumerate(tests)
+    ]
+    found = assign_roles(name_conditions(segments, {}), "auto")
+    assert {s.role for s in found} == {"train", "holdout"}
+    for name in ("current", "temperature"):
+        assert {getattr(s, name) for s in found if s.role == "train"} == {getattr(s, name) for s in found}
+
+
+def test_of_currents_with_one_test_each_none_at_an_end_is_held_out() -> None:
+    tests = ((2.0, 0.0), (1.0, 0.4), (4.0, 0.8), (3.0, 1.2))
+    segments = [segment(f"{i}", f, f, i, "displacement") for f, i in tests]
+    found = assign_roles(name_conditions(segments, {}), "auto")
+    assert [s.current for s in found if s.role == "holdout"] in ([0.4], [0.8])
+
+
 @pytest.mark.parametrize(
     ("holdout", "held"),
     [

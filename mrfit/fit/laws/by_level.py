@@ -182,7 +182,7 @@ class Tests:
 
     @cached_property
     def information(self) -> Array:
-        """What the conditions of each level tell of the coordinates, Σ RᵀR of shape (L, F, F).
+        """Information on the coordinates by the conditions of each level, Σ RᵀR of shape (L, F, F).
 
         The model errs under a level's only stroke as under all, whatever the fit to it leaves: a condition's error
         counts as no less than the model's own is of its output in the median.
@@ -226,7 +226,7 @@ class Tests:
 
 
 def _own_share(excess: float) -> float:
-    """Return the share of the squares left that the model itself leaves, of an error in multiples of the noise floor."""
+    """Return the model's own share of the squares left, of an error in multiples of the noise floor."""
     return max(1.0 - 1.0 / excess**2, 0.0) if excess > 0.0 else 0.0
 
 
@@ -452,9 +452,9 @@ class Laws:
         return coordinates, self.counts[:, None] * slopes[:, :, None, :]
 
     def standard_errors(self) -> Array:
-        """Return the standard error (P, U, L) of what every condition's stroke gives at every level, all being used.
+        """Return the standard error (P, U, L) of the output for every stroke at every level, all levels used.
 
-        It is a share of the output's deviation there. What draws levels together is no test, and tells nothing.
+        It is a share of the output's deviation there. The penalty that draws levels together is no test.
         """
         with np.errstate(all="ignore"):
             slopes = self._coordinates(self.coefficients)[1]

@@ -199,19 +199,19 @@ class LawSearch:
         return self._openness(state) <= MOST_OPEN
 
     def _openness(self, state: State) -> float:
-        """Return the greatest share of a predicted output that is open, of those that constants do not leave open."""
+        """Return the greatest standard error of a stroke at a current, of those determined with constants."""
         found: Array = self.fitted(state).standard_errors()[0]
         return float(np.max(found, where=self._constant_errors <= MOST_OPEN, initial=0.0))
 
     @cached_property
     def _constant_errors(self) -> Array:
-        """Standard error (U, L) of what constants predict of every stroke at every current."""
+        """Standard error (U, L) of the prediction by constants, of every stroke at every current."""
         constant = tuple(self._constant(group) for group in range(len(self.groups)))
         found: Array = self.fitted(constant).standard_errors()[0]
         return found
 
     def determined(self, state: State) -> State:
-        """Return a state with constants in place of laws that the tests do not determine, the fewest, of least misfit."""
+        """Return a state with constants in place of undetermined laws: the fewest, of least misfit."""
         while not self.is_determined(state):
             varying = [g for g, law in enumerate(state) if law.order]
             fewer = [(*state[:g], self._constant(g), *state[g + 1 :]) for g in varying]
