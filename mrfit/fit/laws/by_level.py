@@ -208,10 +208,8 @@ class Tests:
             own, (point, _, slopes) = self.posed[test], _about(self.cube, self.theta[level], self.bent)
             output = _rows(own)(point[None, :])[0] - own.silent[:-1]
             if np.isfinite(output).all() and np.ptp(output) > 0.0:
-                rows = sensitivities(_rows(own), point) / slopes
-                factor[:] = np.linalg.qr(np.vstack([rows, np.zeros_like(factor)]), "r") / np.linalg.norm(
-                    output - output.mean()
-                )
+                rows = np.vstack([sensitivities(_rows(own), point) / slopes, np.zeros_like(factor)])
+                factor[:] = np.linalg.qr(rows)[1] / np.linalg.norm(output - output.mean())
         return found
 
     def deviance(self, test: int, theta: Array) -> Array:
@@ -462,7 +460,8 @@ class Laws:
         spread = slopes @ _inverse(information)[:, None] @ slopes.swapaxes(2, 3)
         strokes = self.tests.strokes
         errors = np.einsum("ulfg,plgh,ulfh->pul", strokes, spread, strokes, optimize=True)
-        return np.sqrt(np.maximum(np.nan_to_num(errors), 0.0))
+        found: Array = np.sqrt(np.maximum(np.nan_to_num(errors), 0.0))
+        return found
 
     def parameters(self, currents: Array) -> Array:
         """Return the parameters (P, A, K) at currents (A,), inside their bounds."""
