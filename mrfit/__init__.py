@@ -74,22 +74,17 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 # What `mrfit.apply` offers, by the module of that room it is in
 _APPLIED = {
-    "Amplifier": "inverse",
-    "Car": "car",
-    "Coil": "coil",
-    "CoilDrive": "coil",
-    "Control": "car",
-    "Damper": "damper",
-    "Timing": "car",
-    "coil": "coil",
-    "current_of_flux": "coil",
-    "damper": "damper",
-    "flux_command": "coil",
-    "invert": "calls",
-    "quarter_car": "calls",
-    "road": "roads",
-    "sine": "motion",
-    "track": "calls",
+    name: home
+    for home, names in {
+        "calls": ("invert", "quarter_car", "track"),
+        "car": ("Car", "Control", "Timing"),
+        "coil": ("Coil", "CoilDrive", "coil", "current_of_flux", "flux_command"),
+        "damper": ("Damper", "damper"),
+        "inverse": ("Amplifier",),
+        "motion": ("sine",),
+        "roads": ("road",),
+    }.items()
+    for name in names
 }
 # Functions that a room of the package has the name of: the name of the package is the function's
 _ROOMS = ("advise", "compare", "discover", "drift", "fit", "models", "sheet", "track")

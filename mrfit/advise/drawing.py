@@ -11,8 +11,8 @@ from mrfit.advise.separation import RivalSet
 from mrfit.advise.specimen import rows_of
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array
-from mrfit.report.figures import LOOPS, PALETTE
-from mrfit.report.svg import Axes, import_matplotlib, style, to_svg
+from mrfit.report.figures import LOOPS, PALETTE, canvas_of
+from mrfit.report.svg import Axes, style, to_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,13 +38,10 @@ class _DrawnCurve:
 
 def loops(contest: RivalSet, test: Test, text: str) -> Loops:
     """Return the figure of the rivals' outputs on a test: loops, and differences from the first over time."""
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     output = contest.standings[0].assembly.spec.output
     curves, across = _curves(contest, test, LOOPS.get(output, ("",))[0])
     with style():
-        canvas = Figure(figsize=(LOOPS_WIDTH, HEIGHT), layout="constrained")
+        canvas = canvas_of(LOOPS_WIDTH, HEIGHT)
         loop, apart = canvas.subplots(1, 2)
         _draw(loop, curves)
         loop.set(xlabel=_label(across), ylabel=_label(output), title="predicted loops")

@@ -7,8 +7,8 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.report.curves import decimate
-from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED
-from mrfit.report.svg import import_matplotlib, inline, style, to_svg
+from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, panels_of
+from mrfit.report.svg import inline, style, to_svg
 
 _POINTS = 1500
 
@@ -54,14 +54,9 @@ def figure(panels: Sequence[Panel], prefix: str, alt: str, across: int = 1, heig
     height
         Of a row of panels in inches.
     """
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
-    down = -(-len(panels) // across)
     with style():
-        canvas = Figure(figsize=(FIGURE_WIDTH, 0.4 + height * down), layout="constrained")
-        grid = canvas.subplots(down, across, squeeze=False).ravel()
-        for axes, panel in zip(grid, panels, strict=False):
+        canvas, grid = panels_of(len(panels), across, height)
+        for axes, panel in zip(grid, panels, strict=True):
             if panel.band is not None:
                 at, low, high, label = panel.band
                 some = decimate(high, _POINTS)
@@ -88,8 +83,6 @@ def figure(panels: Sequence[Panel], prefix: str, alt: str, across: int = 1, heig
                     borderaxespad=0.1,
                     columnspacing=1.2,
                 )
-        for axes in grid[len(panels) :]:
-            axes.set_visible(False)
         return inline(to_svg(canvas, alt), prefix, alt)
 
 

@@ -12,11 +12,11 @@ from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.curves import limits
-from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED
+from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED, canvas_of, panels_of
 from mrfit.report.numbers import in_html, natural, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import Axes, import_matplotlib, inline, style, to_svg
+from mrfit.report.svg import Axes, inline, style, to_svg
 
 BINS = 40
 # Places along the logs at which median and quantiles are drawn, however many logs there are
@@ -34,12 +34,9 @@ def overview(fleet: Fleet) -> str:
 
     Values are divided by the median of their condition where there are several.
     """
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     names = list(dict.fromkeys(g.parameter for g in fleet.groups))
     with style():
-        figure = Figure(figsize=(FIGURE_WIDTH, 0.4 + 1.7 * len(names)), layout="constrained")
+        figure = canvas_of(FIGURE_WIDTH, 0.4 + 1.7 * len(names))
         panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=(1, 2))
         order = {log: k for k, log in enumerate(dict.fromkeys(log for g in fleet.groups for log in g.logs))}
         for (left, right), name in zip(panels, names, strict=True):
@@ -58,17 +55,11 @@ def overview(fleet: Fleet) -> str:
 
 def over_current(fleet: Fleet) -> str:
     """Return an SVG with a panel for every parameter: its values over the current, or where none is held by log."""
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     names = list(dict.fromkeys(g.parameter for g in fleet.groups))
     held = all(np.isfinite(g.current) for g in fleet.groups) and len({g.current for g in fleet.groups}) > 1
-    across = min(PANEL_COLUMNS, len(names))
-    down = -(-len(names) // across)
     with style():
-        figure = Figure(figsize=(FIGURE_WIDTH, 0.4 + 2.3 * down), layout="constrained")
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-        for axes, name in zip(panels, names, strict=False):
+        figure, panels = panels_of(len(names), min(PANEL_COLUMNS, len(names)), 2.3)
+        for axes, name in zip(panels, names, strict=True):
             own = [g for g in fleet.groups if g.parameter == name]
             places = [g.current if held else k for k, g in enumerate(own)]
             factor, unit = (100.0, "%") if name == RESIDUAL else (1.0, unit_html(own[0].unit))
@@ -79,8 +70,6 @@ def over_current(fleet: Fleet) -> str:
             if ends := limits(values, np.concatenate([values - bars, values + bars])):
                 axes.set_ylim(*ends)
             axes.set(title=f"{name} ({unit})" if unit else name)
-        for axes in panels[len(names) :]:
-            axes.set_visible(False)
         figure.supxlabel("Current (A)" if held else "Logs by name", fontsize=9.0)
         return to_svg(figure, "Parameters of every log")
 

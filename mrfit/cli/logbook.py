@@ -12,24 +12,10 @@ from mrfit.io.escapes import visible
 
 LOGBOOK_NAME = "commands.log"
 # Functions of the commands that write into a workspace, ``predict`` with --save alone
-WRITING = {
-    "advise",
-    "compare",
-    "discover",
-    "export",
-    "figure",
-    "fit",
-    "flux",
-    "ingest",
-    "invert",
-    "predict",
-    "quarter_car",
-    "remove",
-    "report",
-    "segment",
-    "track",
-    "track_parameters",
-}
+WRITING = set(
+    "advise compare discover export figure fit flux ingest invert predict quarter_car remove report segment track "
+    "track_parameters".split()
+)
 # Those of which another run may write files of the same names
 COMMANDS_NAMED = {"advise", "export", "figure", "invert", "predict", "quarter_car", "track", "track_parameters"}
 

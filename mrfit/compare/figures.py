@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.io.schemas.compare import Curve, ModelErrors
-from mrfit.report.figures import FIGURE_WIDTH, PALETTE, QUIET, plain_log
-from mrfit.report.svg import import_matplotlib, style, to_svg
+from mrfit.report.figures import FIGURE_WIDTH, PALETTE, QUIET, canvas_of, panels_of, plain_log
+from mrfit.report.svg import style, to_svg
 
 LINES = ("-", "--", "-.", ":")
 PANELS_ACROSS = 2
@@ -14,16 +14,13 @@ PANELS_ACROSS = 2
 
 def error_map(fits: Sequence[str], metrics: Sequence[ModelErrors], called: Mapping[str, str]) -> str:
     """Return an SVG of NRMSE in percent, one row per fit and one column per condition, held-out columns first."""
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     columns = list(dict.fromkeys((m.role, m.condition) for m in metrics))
     values = np.full((len(fits), len(columns)), np.nan)
     for m in metrics:
         if m.nrmse is not None:
             values[fits.index(m.fit), columns.index((m.role, m.condition))] = 100 * m.nrmse
     with style():
-        figure = Figure(figsize=(FIGURE_WIDTH, 1.6 + 0.3 * len(fits)), layout="constrained")
+        figure = canvas_of(FIGURE_WIDTH, 1.6 + 0.3 * len(fits))
         axes = figure.add_subplot()
         axes.grid(False)
         ceiling = float(np.nanquantile(values, 0.9)) if np.isfinite(values).any() else 1.0
@@ -39,24 +36,16 @@ def error_map(fits: Sequence[str], metrics: Sequence[ModelErrors], called: Mappi
 
 def convergence(curves: Sequence[Curve], unit: str) -> str:
     """Return an SVG of the median best cost against evaluations, one panel per condition, one line per optimizer."""
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     conditions = list(dict.fromkeys(c.condition for c in curves))
-    across = min(PANELS_ACROSS, len(conditions))
-    down = -(-len(conditions) // across)
     with style():
-        figure = Figure(figsize=(FIGURE_WIDTH, 0.6 + 3.0 * down), layout="constrained")
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-        for axes, condition in zip(panels, conditions, strict=False):
+        figure, panels = panels_of(len(conditions), min(PANELS_ACROSS, len(conditions)), 3.0, 0.6)
+        for axes, condition in zip(panels, conditions, strict=True):
             own = [c for c in curves if c.condition == condition and c.cost]
             for k, curve in enumerate(own):
-                look = {"color": PALETTE[k % len(PALETTE)], "linestyle": LINES[k // len(PALETTE) % len(LINES)]}
-                axes.plot(curve.evaluations, curve.cost, label=curve.optimizer, **look)
+                colour, dash = PALETTE[k % len(PALETTE)], LINES[k // len(PALETTE) % len(LINES)]
+                axes.plot(curve.evaluations, curve.cost, label=curve.optimizer, color=colour, linestyle=dash)
             axes.set(title=condition, xscale="log", yscale="log", xlabel="Evaluations", ylabel=f"RMS error ({unit})")
             plain_log(axes)
             if own:
                 axes.legend(labelcolor="#334155", facecolor="#ffffff", edgecolor=QUIET)
-        for axes in panels[len(conditions) :]:
-            axes.set_visible(False)
         return to_svg(figure, "Convergence of optimizers")

@@ -9,11 +9,11 @@ from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.drift.analysis import DRIFT_LEVEL, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
-from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED, plain_log
+from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, panels_of, plain_log
 from mrfit.report.numbers import in_html, significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import Axes, import_matplotlib, inline, style, to_svg
+from mrfit.report.svg import Axes, inline, style, to_svg
 
 PANELS_DRAWN, PANELS_ACROSS = 60, 2
 LINES_OF_UNITS = 12
@@ -135,18 +135,11 @@ def _both(row: ParameterOverUnits, low: float, high: float) -> str:
 
 def figure(trends: Sequence[Trend]) -> str:
     """Return an SVG with a panel for every parameter: its tests, the mean with its band, and the tolerance interval."""
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     chosen = sorted(trends, key=lambda t: not t.odd and t.change is None)[:PANELS_DRAWN]
-    down = -(-len(chosen) // PANELS_ACROSS)
     with style():
-        canvas = Figure(figsize=(FIGURE_WIDTH, 0.4 + 2.4 * down), layout="constrained")
-        panels = canvas.subplots(down, PANELS_ACROSS, squeeze=False).ravel()
-        for axes, trend in zip(panels, chosen, strict=False):
+        canvas, panels = panels_of(len(chosen), PANELS_ACROSS, 2.4)
+        for axes, trend in zip(panels, chosen, strict=True):
             _panel(axes, trend)
-        for axes in panels[len(chosen) :]:
-            axes.set_visible(False)
         return to_svg(canvas, "Trends of all parameters")
 
 

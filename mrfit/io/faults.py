@@ -13,26 +13,20 @@ _MEMBER = re.compile(
     r"(float|int|str|bool|none|date|is-instance.*|[a-z-]*(constrained|literal|list|dict|tuple|function|lax|json)\b.*)"
 )
 _TAKES = {
-    "float_type": "a number",
-    "float_parsing": "a number",
-    "finite_number": "a finite number",
-    "int_type": "a whole number",
-    "int_parsing": "a whole number",
-    "int_from_float": "a whole number",
-    "int_parsing_size": "a smaller whole number",
-    "string_type": "text",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "list_type": "a list",
-    "tuple_type": "a list",
-    "dict_type": "a table",
-    "model_type": "a table",
-    "dataclass_type": "a table",
-    "dataclass_exact_type": "a table",
-    "model_attributes_type": "a table",
-    "mapping_type": "a table",
-    "none_required": "nothing",
-    "string_pattern_mismatch": "a plain name of letters, digits, . _ and -",
+    kind: value
+    for value, kinds in {
+        "a number": "float_type float_parsing",
+        "a finite number": "finite_number",
+        "a whole number": "int_type int_parsing int_from_float",
+        "a smaller whole number": "int_parsing_size",
+        "text": "string_type",
+        "true or false": "bool_type bool_parsing",
+        "a list": "list_type tuple_type",
+        "a table": "dict_type model_type dataclass_type dataclass_exact_type model_attributes_type mapping_type",
+        "nothing": "none_required",
+        "a plain name of letters, digits, . _ and -": "string_pattern_mismatch",
+    }.items()
+    for kind in kinds.split()
 }
 _LIMITS = {
     "greater_than": ("above", "gt"),

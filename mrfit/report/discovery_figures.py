@@ -21,6 +21,7 @@ from mrfit.report.figures import (
     axis_label,
     canvas_of,
     columns_of,
+    first_panels,
     plain_log,
     scale_of,
 )
@@ -376,14 +377,11 @@ class _Panels:
 
 def _panels(shown: Sequence[Part], draw: Callable[["Axes", Part], None], about: _Panels) -> Figure:
     columns = columns_of(len(shown))
-    lines = -(-len(shown) // columns)
-    canvas = canvas_of(FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * lines)
-    panels = canvas.subplots(lines, columns, squeeze=False, sharey=about.share).ravel()
-    for axes, part in zip(panels, shown, strict=False):
+    canvas = canvas_of(FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * -(-len(shown) // columns))
+    panels = first_panels(canvas, len(shown), columns, away=True, sharey=about.share)
+    for axes, part in zip(panels, shown, strict=True):
         draw(axes, part)
         axes.set_title(fill(part.segment.condition, TITLE_WIDTH))
-    for axes in panels[len(shown) :]:
-        axes.remove()
     canvas.supxlabel(about.across)
     canvas.supylabel(about.up)
     canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)

@@ -23,6 +23,7 @@ from mrfit.report.source import OutputSeries
 from mrfit.report.svg import Axes, Canvas, style, to_svg
 
 if TYPE_CHECKING:
+    from matplotlib.figure import FigureBase
     from matplotlib.lines import Line2D
 
 MEASURED, SIMULATED, QUIET = "#8a99a8", "#c2410c", "#94a3b8"
@@ -398,16 +399,14 @@ class Grid:
         page = self.page
         errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in self.fit.metrics}
         columns = columns_of(len(page))
-        lines = -(-len(page) // columns)
-        canvas = canvas_of(FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
-        panels = canvas.subplots(lines, columns, squeeze=False).ravel()
-        for axes, one in zip(panels, page, strict=False):
+        height = 3.6 if columns == 1 else 2.9 if columns == 2 else 2.15
+        canvas = canvas_of(FIGURE_WIDTH, 0.75 + height * -(-len(page) // columns))
+        panels = first_panels(canvas, len(page), columns, away=True)
+        for axes, one in zip(panels, page, strict=True):
             self.panel(axes, one, CURVE_POINTS // (1 if len(page) <= 2 else 2 if len(page) <= 6 else 4))
             axes.locator_params(axis="x", nbins=5)
             nrmse = errors.get((one.condition, one.role))
             axes.set_title(_heading(one, nrmse, TITLE_WIDTHS[columns]))
-        for axes in panels[len(page) :]:
-            axes.remove()
         canvas.supxlabel(across)
         canvas.supylabel(up)
         canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
@@ -456,6 +455,25 @@ def canvas_of(width: float, height: float) -> "Canvas":
     from mrfit.report.picture import Picture
 
     return Picture(figsize=(width, height), layout="constrained")
+
+
+def panels_of(count: int, across: int, height: float, more: float = 0.4) -> tuple["Canvas", list["Axes"]]:
+    """Return a figure with so many panels, ``across`` side by side; inches of a row of them, and of what is around."""
+    canvas = canvas_of(FIGURE_WIDTH, more + height * -(-count // across))
+    return canvas, first_panels(canvas, count, across)
+
+
+def first_panels(
+    canvas: "FigureBase", count: int, across: int, away: bool = False, sharey: bool = False
+) -> list["Axes"]:
+    """Return the first panels of a grid in a figure; those beyond are hidden, or taken away with their margins."""
+    axes = list(canvas.subplots(-(-count // across), across, squeeze=False, sharey=sharey).ravel())
+    for unused in axes[count:]:
+        if away:
+            unused.remove()
+        else:
+            unused.set_visible(False)
+    return axes[:count]
 
 
 def scale_of(curves: Sequence[Array], channel: str) -> tuple[float, str]:

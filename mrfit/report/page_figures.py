@@ -40,16 +40,14 @@ def corner(fit: Fit, width: float) -> "Canvas":
     width
         Inches.
     """
-    from matplotlib.figure import Figure
-
-    from mrfit.report.figures import PALETTE, QUIET
+    from mrfit.report.figures import PALETTE, QUIET, canvas_of
 
     result = next(r for r in fit.results if r.draws)
     draws = result.draws
     assert draws is not None
     rows, names = np.array(draws.rows), draws.names[:MOST_OF_CORNER]
     units = {p.name: unit_html(p.unit) for p in result.parameters}
-    canvas = Figure(figsize=(width, width), layout="constrained")
+    canvas = canvas_of(width, width)
     panels = canvas.subplots(len(names), len(names), squeeze=False)
     for i, row in enumerate(panels):
         for j, axes in enumerate(row):

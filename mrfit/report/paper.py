@@ -15,7 +15,7 @@ from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.condition_names import differing_parts
 from mrfit.report.curves import limits
-from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, plain_log
+from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, first_panels, plain_log
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import OutputSeries
 from mrfit.report.svg import Axes, Canvas
@@ -63,10 +63,7 @@ def panels(
     rows = -(-count // columns)
     # a figure is no taller than a page
     canvas = canvas_of(width, max(1.45 if rows > 2 else 1.9, (ratio if rows <= 2 else 0.5) * width / columns) * rows)
-    axes = list(canvas.subplots(rows, columns, squeeze=False).ravel())
-    for unused in axes[count:]:
-        unused.remove()
-    return canvas, axes[:count]
+    return canvas, first_panels(canvas, count, columns, away=True)
 
 
 def predicted(drawn: Sequence[FitSeries], width: float, points: int = SCATTERED) -> "Canvas":

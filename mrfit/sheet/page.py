@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
+from mrfit.report.figures import panels_of
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
-from mrfit.report.svg import Axes, import_matplotlib, inline, style, to_svg
+from mrfit.report.svg import Axes, inline, style, to_svg
 from mrfit.sheet import figures
 from mrfit.sheet.compute import SheetContent
 from mrfit.sheet.tables import (
@@ -20,8 +21,8 @@ from mrfit.sheet.tables import (
 )
 from mrfit.sheet.words import notes_of
 
-PANELS_WIDTH, PANELS_HEIGHT = 10.0, 3.4
-"""Inches of a figure of two panels."""
+PANELS_HEIGHT = 3.4
+"""Inches of a row of panels."""
 UNITS_SHOWN = 12
 """Units with a section of their own: those that fail first, then those that cannot be judged."""
 DISTRIBUTIONS_SHOWN = 6
@@ -97,16 +98,10 @@ def unit_sections(sheet: SheetContent, unit: UnitRow, anchor: str, several: bool
 
 def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> SectionFigure:
     """Return panels, two beside each other, as a figure of a page."""
-    import_matplotlib()
-    from matplotlib.figure import Figure
-
     with style():
-        canvas = Figure(figsize=(PANELS_WIDTH, PANELS_HEIGHT * -(-len(panels) // 2)), layout="constrained")
-        axes = canvas.subplots(-(-len(panels) // 2), 2, squeeze=False).ravel()
-        for one, draw in zip(axes, panels, strict=False):
+        canvas, axes = panels_of(len(panels), 2, PANELS_HEIGHT, 0.0)
+        for one, draw in zip(axes, panels, strict=True):
             draw(one)
-        for one in axes[len(panels) :]:
-            one.set_visible(False)
         return SectionFigure(title, caption, inline(to_svg(canvas, title), prefix, f"{title} {caption}"))
 
 

@@ -9,7 +9,7 @@ from mrfit.core.counting import number_of
 from mrfit.io.atomic import write_atomic
 from mrfit.io.escapes import visible
 from mrfit.io.schemas.sheet import UnitRow
-from mrfit.report.svg import import_matplotlib, style
+from mrfit.report.svg import style
 from mrfit.sheet import figures
 from mrfit.sheet.compute import SheetContent
 from mrfit.sheet.page import facts_of, title_of
@@ -31,7 +31,6 @@ IN_FULL, CONDITION_WIDTH = 3, 0.2
 
 def write(path: Path, sheet: SheetContent, unit: UnitRow) -> None:
     """Write the page of a unit; the same bytes for the same sheet."""
-    import_matplotlib()
     with style():
         canvas = draw(sheet, unit)
         title = title_of(sheet.file, unit.unit)

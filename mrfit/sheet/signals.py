@@ -18,7 +18,7 @@ from mrfit.io.atomic import write_atomic
 from mrfit.io.escapes import visible_in_page
 from mrfit.io.workspace import write_text
 from mrfit.report.curves import decimate, prefixed, simplified
-from mrfit.report.figures import LOOPS, PALETTE, QUIET, axis_label
+from mrfit.report.figures import LOOPS, PALETTE, QUIET, axis_label, first_panels
 from mrfit.report.key import REPORT_TEMPLATE
 from mrfit.report.picture import Picture
 from mrfit.report.sections import Section, SectionFigure, Table
@@ -138,11 +138,8 @@ def draw(one: Signals) -> Picture:
         series[-1].set_xlabel("Time (s)")
         series[0].set_title(f"{one.recording.id}: shaded the cuts, vertical lines the warnings")
         for part in below:
-            grid = part.subplots(rows, 2, squeeze=False).ravel()
-            for axes, panel in zip(grid, panels, strict=False):
+            for axes, panel in zip(first_panels(part, len(panels), 2), panels, strict=True):
                 _draw_loop(axes, one, *panel)
-            for axes in grid[len(panels) :]:
-                axes.set_visible(False)
     return canvas
 
 
