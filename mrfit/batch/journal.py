@@ -7,8 +7,7 @@ from typing import IO
 
 from pydantic import ValidationError
 
-from mrfit.errors import DataError
-from mrfit.io.atomic import opened_to_append
+from mrfit.io.atomic import opened_to_append, writing
 from mrfit.io.schemas.batch import LogRow
 from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import plain, write_text
@@ -46,14 +45,12 @@ class Journal:
         self._file: IO[bytes] | None = None
 
     def __enter__(self) -> "Journal":
-        try:
+        with writing(self.path):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = opened_to_append(self.path)
             if self._file.tell():
                 # the last line may be torn
                 self._file.write(b"\n")
-        except OSError as error:
-            raise DataError(f"{self.path}: cannot write ({error.strerror}); choose another --work folder") from error
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -64,11 +61,9 @@ class Journal:
         """Write a row, so that it outlives this process."""
         if not self._file:
             return
-        try:
+        with writing(self.path, "; make room on the disk"):
             self._file.write(_line(row).encode())
             self._file.flush()
-        except OSError as error:
-            raise DataError(f"{self.path}: cannot write ({error.strerror}); make room on the disk") from error
 
 
 def write_journal(path: Path, rows: Mapping[str, LogRow]) -> None:

@@ -9,7 +9,6 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from mrfit.flux.losses import (
     separate,
 )
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
+from mrfit.io.atomic import writing
 from mrfit.io.columns import extent, is_on_disk, part_of
 from mrfit.io.keys import code_version, file_digest, flux_key
 from mrfit.io.schemas.reading import reusable
@@ -299,29 +299,17 @@ def _replacing(workspace: Workspace) -> Iterator[str]:
     staging = f".{STAGE}-{os.getpid()}"
     folder, target = workspace.root / staging, workspace.root / STAGE
     try:
-        _make(folder)
+        # it stays empty where no recording is changed
+        with writing(folder):
+            folder.mkdir()
         yield staging
-        _move(workspace, folder, target)
+        with writing(target):
+            if existing := reusable(workspace.flux_json, FluxFile):
+                write_json(workspace.flux_json, replace(existing, key=""))
+            shutil.rmtree(target, ignore_errors=True)
+            folder.replace(target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _make(folder: Path) -> None:
-    """Make a folder, which stays empty where no recording is changed."""
-    try:
-        folder.mkdir()
-    except OSError as error:
-        raise DataError(f"{folder}: cannot write ({error.strerror or error}); choose another --work folder") from error
-
-
-def _move(workspace: Workspace, folder: Path, target: Path) -> None:
-    try:
-        if existing := reusable(workspace.flux_json, FluxFile):
-            write_json(workspace.flux_json, replace(existing, key=""))
-        shutil.rmtree(target, ignore_errors=True)
-        folder.replace(target)
-    except OSError as error:
-        raise DataError(f"{target}: cannot write ({error.strerror or error}); choose another --work folder") from error
 
 
 def _write(

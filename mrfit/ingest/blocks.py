@@ -10,7 +10,6 @@ from typing import IO, Any
 
 import numpy as np
 
-from mrfit.errors import DataError
 from mrfit.ingest import series
 from mrfit.ingest.hashes import Watch
 from mrfit.ingest.refusal import Refusal
@@ -18,6 +17,7 @@ from mrfit.ingest.table import Block, Column, RejectedRows, Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, TAIL
 from mrfit.ingest.text.head import Head, plain_feeds
 from mrfit.ingest.text.textlog import check_rows
+from mrfit.io.atomic import writing
 
 MIB = 1 << 20
 
@@ -135,13 +135,10 @@ class BlockTables:
                 self._append(self.folder / f"{number}-{name}", values)
 
     def _append(self, path: Path, values: series.Values) -> None:
-        try:
+        with writing(path.parent, "; choose another --work folder, with room for as much as the log"):
             if path not in self.files:
                 self.files[path] = self.stack.enter_context(path.open("wb"))
             self.files[path].write(np.ascontiguousarray(values).data)
-        except OSError as error:
-            text = f"{path.parent}: cannot write ({error.strerror or error})"
-            raise DataError(f"{text}; choose another --work folder, with room for as much as the log") from error
 
     def result(self, head: Head) -> list[Table]:
         """Return the whole tables.
@@ -152,10 +149,8 @@ class BlockTables:
             If there is no row.
         """
         for path, file in self.files.items():
-            try:
+            with writing(path.parent, ""):
                 file.flush()
-            except OSError as error:
-                raise DataError(f"{path.parent}: cannot write ({error.strerror or error})") from error
         whole = []
         for number, table in enumerate(self.tables):
             rows, refused = self.rows[number], self.refused[number]

@@ -150,8 +150,7 @@ def _split_at_headers(table: Table) -> Table:
     shown = ", ".join(map(str, begins[:3])) + (f" and {len(begins) - 3} more" if len(begins) > 3 else "")
     text = f"the header stands again in line {shown}: a new run begins there"
     kept = [RejectedRow(REPEATED_HEADER if r.line in headers else r.kind, r.line) for r in lost]
-    found = (*table.findings, Finding("repeated-header", "", None, text))
-    return replace(table, refused=kept, breaks=(*table.breaks, *begins), findings=found)
+    return replace(table, refused=kept, breaks=(*table.breaks, *begins)).finding("repeated-header", text)
 
 
 def _check_first_row(table: Table, origin: LogOrigin) -> None:

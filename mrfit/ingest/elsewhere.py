@@ -85,7 +85,7 @@ def read_sent(sent: LogParcel, progress: Progress) -> LogOutcome:
                 text = text.replace(there, own)
             return text
 
-        recordings = tuple(_in_memory(r, sent.item.source, here) for r in found.recordings)
+        recordings = tuple(_renamed(in_memory(r), sent.item.source, here) for r in found.recordings)
         refusals = tuple(_refusal(r, here) for r in found.refusals)
     return LogOutcome(sent.item, recordings, refusals)
 
@@ -103,14 +103,14 @@ def _laid(sent: LogParcel, place: Path) -> LogItem:
     return replace(sent.item, files=tuple(files))
 
 
-def _in_memory(recording: Recording, source: str, here: Callable[[str], str]) -> Recording:
-    return replace(
-        recording,
-        source=source,
-        channels={n: np.array(v[:], np.float64) for n, v in recording.channels.items()},
-        findings=tuple(replace(f, text=here(f.text)) for f in recording.findings),
-        history=tuple(map(here, recording.history)),
-    )
+def in_memory(recording: Recording) -> Recording:
+    """Return a recording with all its numbers in memory."""
+    return replace(recording, channels={n: np.array(v[:], np.float64) for n, v in recording.channels.items()})
+
+
+def _renamed(recording: Recording, source: str, here: Callable[[str], str]) -> Recording:
+    findings = tuple(replace(f, text=here(f.text)) for f in recording.findings)
+    return replace(recording, source=source, findings=findings, history=tuple(map(here, recording.history)))
 
 
 def _refusal(refusal: Refusal, here: Callable[[str], str]) -> Refusal:

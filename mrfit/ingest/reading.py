@@ -11,7 +11,7 @@ from typing import cast
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.core.protocols import JoinsParts, Reader, ReadsRows, TellsHeadings
-from mrfit.core.recording import Finding, Recording
+from mrfit.core.recording import Recording
 from mrfit.errors import MrfitError
 from mrfit.ingest.blocks import BlockTables, text_blocks
 from mrfit.ingest.build import LogOrigin, build
@@ -204,9 +204,9 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
             check_rows(part.source.head, sum(t.rows for t in found), [r for t in found for r in t.refused])
         except Refusal as refusal:
             text = f"{part.told()}: nothing is read from there on ({part.in_words(refusal.reason)}); cut the log there"
-            return [*tables[:-1], _with_finding(tables[-1], "another-header", text)]
+            return [*tables[:-1], tables[-1].finding("another-header", text)]
         text = f"{part.told()}: its rows are read by it"
-        tables += [_with_finding(part.placed(t), "another-header", text) for t in found]
+        tables += [part.placed(t).finding("another-header", text) for t in found]
     return tables
 
 
@@ -267,10 +267,6 @@ def _reader_below(module: Reader, part: HeadedPart) -> Reader:
 def _by_place(rules: Rules) -> bool:
     clock = [rules.time.column] if rules.time else []
     return any(isinstance(c, int) for c in [*clock, *(r.column for r in rules.channels.values())])
-
-
-def _with_finding(table: Table, kind: str, text: str) -> Table:
-    return replace(table, findings=(*table.findings, Finding(kind, "", None, text)))
 
 
 def _check_memory(source: Source) -> None:

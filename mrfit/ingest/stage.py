@@ -10,8 +10,6 @@ from dataclasses import asdict, dataclass, replace
 from os import getpid
 from pathlib import Path
 
-import numpy as np
-
 from mrfit.core import temporary
 from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
@@ -19,7 +17,7 @@ from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.dispatch import expand, look, part_of
-from mrfit.ingest.elsewhere import outcomes
+from mrfit.ingest.elsewhere import in_memory, outcomes
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.low_pass import checked
 from mrfit.ingest.manifest import Manifest
@@ -27,6 +25,7 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map
 from mrfit.ingest.meaning.conditions import condition_words, from_name, name_expression
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, look_into
 from mrfit.ingest.refusal import Refusal, TransientRefusal
+from mrfit.io.atomic import writing
 from mrfit.io.keys import code_version, file_digest, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
 from mrfit.io.workspace import Workspace, recording_id, write_json
@@ -137,11 +136,8 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
         if left.name.removeprefix(".ingest-").isdecimal():
             shutil.rmtree(left, ignore_errors=True)  # of a run that was killed
     staging = Workspace(workspace.root / f".ingest-{getpid()}")
-    try:
+    with writing(workspace.root, what="cannot write here"):
         staging.root.mkdir(parents=True)
-    except OSError as error:
-        text = error.strerror or error
-        raise DataError(f"{workspace.root}: cannot write here ({text}); choose another --work folder") from None
     try:
         yield staging
     finally:
@@ -217,14 +213,10 @@ def read(paths: Sequence[Path], settings: Settings, progress: Progress = silent)
         plan = part_duplicates(plan, Manifest(Workspace(place)))[1]
         for number, outcome in enumerate(outcomes([item for item, _ in plan], pieces, settings.jobs), start=1):
             refusals += outcome.refusals
-            recordings += [_in_memory(r) for r in _named(outcome, outcome.item.source, taken)]
+            recordings += [in_memory(r) for r in _named(outcome, outcome.item.source, taken)]
             progress("ingest", number, len(plan))
     _check_any([r.source for r in recordings], refusals)
     return Logs(tuple(sorted(recordings, key=lambda r: r.id)), tuple(refusals))
-
-
-def _in_memory(recording: Recording) -> Recording:
-    return replace(recording, channels={n: np.array(v[:], np.float64) for n, v in recording.channels.items()})
 
 
 KEPT_BEFORE = " (the recordings read from it before are kept)"
@@ -278,9 +270,8 @@ def plan_files(
     """
     _check_settings(settings)
     maps = _Maps(settings)
-    groups: dict[str, list[tuple[Path, str]]] = {}
-    readers: dict[str, str] = {}
-    rules: dict[str, Rules] = {}
+    groups: dict[tuple[str, str], list[tuple[Path, str]]] = {}
+    rules: dict[tuple[str, str], Rules] = {}
     refusals = []
     for file, root in files:
         try:
@@ -290,11 +281,10 @@ def plan_files(
             refusals.append(refusal)
             continue
         own = maps.rules(file, root)
-        group = f"{own.where} {own.join}" if own.join else part_of(head, reader) or str(file)
-        groups.setdefault(f"{reader}:{group}", []).append((file, digest))
-        readers[f"{reader}:{group}"] = reader
-        rules.setdefault(f"{reader}:{group}", own)
-    items = [LogItem(tuple(sorted(files)), readers[g], rules[g], settings.max_memory) for g, files in groups.items()]
+        group = reader, f"{own.where} {own.join}" if own.join else part_of(head, reader) or str(file)
+        groups.setdefault(group, []).append((file, digest))
+        rules.setdefault(group, own)
+    items = [LogItem(tuple(sorted(files)), g[0], rules[g], settings.max_memory) for g, files in groups.items()]
     return [(item, _key(item)) for item in items], refusals
 
 
@@ -430,11 +420,9 @@ def _commit(
     new = [r for rows in staged.recordings.values() for r in rows]
     for row in new:
         target = workspace.recording_file(row.id)
-        try:
+        with writing(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             staging.recording_file(row.id).replace(target)
-        except OSError as error:
-            raise DataError(f"{target}: cannot write ({error.strerror}); choose another --work folder") from error
     heard = {r.source for r in refused} | set(staged.recordings) | staged.files | dropped
     refused += [r for r in before.summary.refused if r.source not in heard]
     unheld = {r.source for r in refused if not before.ids(r.source)} - set(staged.recordings)

@@ -1,6 +1,6 @@
 """Tables that readers make of files: columns of numbers as in the file, before names, SI units and a time base."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
@@ -206,19 +206,28 @@ class Table:
         """Number of rows N."""
         return len(self.lines)
 
+    def cut(self, chosen: Callable[[Any], Any], refused: Sequence[RejectedRow]) -> "Table":
+        """Return the table with some of its rows, which a function takes of each column, and other refused ones."""
+        columns = tuple(replace(c, values=chosen(c.values)) for c in self.columns)
+        time = self.time and replace(self.time, values=chosen(self.time.values))
+        return replace(self, columns=columns, time=time, lines=chosen(self.lines), refused=refused)
+
+    def finding(self, kind: str, text: str) -> "Table":
+        """Return the table with a further oddity met while reading."""
+        return replace(self, findings=(*self.findings, Finding(kind, "", None, text)))
+
 
 def with_end(table: Table) -> Table:
     """Add findings on lines among the rows and at their end: comments, a cut last line, another number than stated."""
-    findings = list(table.findings)
     if table.open_line:
         text = f"line {table.open_line}, the last, has no line end and its last number may be cut off"
-        findings.append(Finding("last-line-open", "", None, f"{text}: left out"))
+        table = table.finding("last-line-open", f"{text}: left out")
     if table.comments:
         are = "comment lines stand" if len(table.comments) > 1 else "comment line stands"
         text = f"{len(table.comments)} {are} among the rows, the first in line {min(table.comments)}"
-        findings.append(Finding("comments", "", None, text))
+        table = table.finding("comments", text)
     rows = table.rows + len(table.refused)
     if table.stated_rows is not None and int(table.stated_rows) != rows:
         text = f"the header states {int(table.stated_rows)} rows but the file has {rows}"
-        findings.append(Finding("record-length", "", None, text))
-    return replace(table, findings=tuple(findings), open_line=0, comments=(), stated_rows=None)
+        table = table.finding("record-length", text)
+    return replace(table, open_line=0, comments=(), stated_rows=None)

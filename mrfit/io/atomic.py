@@ -3,8 +3,8 @@
 import errno
 import os
 import stat
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -44,6 +44,15 @@ def opened_to_append(path: Path) -> IO[bytes]:
     return handle
 
 
+@contextmanager
+def writing(path: Path, remedy: str = "; choose another --work folder", what: str = "cannot write") -> Iterator[None]:
+    """Name the file or folder that cannot be written and the remedy."""
+    try:
+        yield
+    except OSError as error:
+        raise DataError(f"{path}: {what} ({error.strerror or error}){remedy}") from error
+
+
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     """Call ``write`` with a temporary name beside ``path``, flush to disk, rename.
 
@@ -56,15 +65,14 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
         raise DataError(f"{path}: no name of a file; give one")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.unlink(missing_ok=True)  # a link of this name would be followed
-        write(temporary)
-        with temporary.open("rb") as handle:
-            os.fsync(handle.fileno())
-        about_to_replace(path, temporary)
-        temporary.replace(path)
-    except OSError as error:
-        raise DataError(f"{path}: cannot write ({error.strerror or error}); choose another --work folder") from error
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary.unlink(missing_ok=True)  # a link of this name would be followed
+            write(temporary)
+            with temporary.open("rb") as handle:
+                os.fsync(handle.fileno())
+            about_to_replace(path, temporary)
+            temporary.replace(path)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)

@@ -18,6 +18,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
+from mrfit.io.atomic import writing
 from mrfit.io.memory import check_room
 
 # Samples of a recording above which its channels may stay on disk
@@ -227,14 +228,11 @@ def changed(values: Array, change: Callable[[Array], Array]) -> Array:
 
 def _kept(scratch: Path, parts: Iterable[Array]) -> Array:
     """Return arrays, one after the other, as a column of a file of plain numbers."""
-    try:
+    with writing(scratch):
         scratch.mkdir(parents=True, exist_ok=True)
         path = scratch / f"{os.getpid()}-{next(_numbers)}.f64"
         with path.open("wb") as file:
             count = sum(file.write(np.ascontiguousarray(part, dtype=np.float64).data) for part in parts) // 8
-    except OSError as error:
-        text = error.strerror or error
-        raise DataError(f"{scratch}: cannot write ({text}); choose another --work folder") from error
     return cast(Array, FileColumn(path, "", 0, count, scratch))
 
 

@@ -3,7 +3,6 @@
 import re
 from dataclasses import dataclass, replace
 
-from mrfit.core.recording import Finding
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.factors import FACTOR_NUMBER, POWER_OF_TEN, multiplied, settled, value_of
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -53,9 +52,7 @@ class FactorRow:
             time = multiplied(time, self.factors[time.index])
         shown = ", ".join(f"{f:g}" for f in self.factors)
         text = f"line {self.line + 1} says that the columns are to be multiplied by {shown}: they are"
-        return replace(
-            table, columns=tuple(columns), time=time, findings=(*table.findings, Finding("factor", "", None, text))
-        )
+        return replace(table, columns=tuple(columns), time=time).finding("factor", text)
 
 
 def factor_row(source: Source, grid: TextGrid) -> FactorRow | None:

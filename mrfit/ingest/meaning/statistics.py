@@ -1,7 +1,7 @@
 """Rows of statistics above or below the samples: greatest, least, mean and total values."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -32,13 +32,7 @@ def without_statistics(table: Table) -> Table:
         rows = np.arange(number) + (len(table.lines) - number if at_end else 0)
         lost = RejectedRows(table.refused)
         lost.add([STATISTICS_ROW] * number, [int(table.lines[k]) for k in rows])
-        table = replace(
-            table,
-            columns=tuple(replace(c, values=series.without(c.values, rows)) for c in table.columns),
-            time=table.time and replace(table.time, values=series.without(table.time.values, rows)),
-            lines=series.without(table.lines, rows),
-            refused=lost,
-        )
+        table = table.cut(partial(series.without, drop=rows), lost)
     return table
 
 

@@ -7,7 +7,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, fields_at, found_line, meta_of, positive, read_columns
+from mrfit.ingest.text.textlog import Field, fields_at, first_of, found_line, meta_of, positive, read_columns
 
 SPEC = ReaderSpec("gwinstek", "GW Instek GDS oscilloscope CSV", blocks=True)
 
@@ -32,17 +32,15 @@ def read(source: Source) -> list[Table]:
     head = source.head
     row = found_line(head, _data_line(head), "'Waveform Data' line")
     meta = meta_of(head, row)
-    name = next(iter(meta.get("source", [])), "") or "CH1"
-    unit = next(iter(meta.get("vertical units", [])), "") or "V"
+    name, unit = first_of(meta, "source", "CH1"), first_of(meta, "vertical units", "V")
     dt = _interval(meta)
     timed = len(fields_at(head, row + 1, ",")) == 2
-    clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", 0) if timed else None
+    clock = Field("time", first_of(meta, "horizontal units", "s"), 0) if timed else None
     fields = [clock, Field(name, unit, 1)] if clock else [Field(name, unit, 0)]
     table = read_columns(source, row + 1, fields, clock)
-    table = replace(table, stated_rows=positive(meta.get("memory length", [])))
     if not timed and dt is None:
         raise Refusal(head.path, "neither a time column nor a sampling period", "write rate = HZ in a channel map")
-    return [replace(table, dt=dt)]
+    return [replace(table, stated_rows=positive(meta.get("memory length", [])), dt=dt)]
 
 
 def _interval(meta: dict[str, list[str]]) -> float | None:

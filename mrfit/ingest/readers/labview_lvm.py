@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
@@ -150,13 +149,10 @@ def _tables(body: Body, fields: list[Field], clocks: list[int], segment: LvmHead
     if not clocks:
         return [_stated(table_of(body, fields), segment, head)]
     delta = _number(segment, "delta_x", 1)
-    same = all(np.array_equal(body.numbers[clocks[0]], body.numbers[c], equal_nan=True) for c in clocks)
-    if same:
-        table = table_of(body, fields, Field("X_Value", "s", clocks[0]))
-        return [replace(_counted(table, segment), dt=delta)]
-    others = [Field("X_Value", "s", c) for c in clocks[1:]]
-    table = table_of(body, sorted([*fields, *others], key=lambda f: f.index), Field("X_Value", "s", clocks[0]))
-    return [replace(table, dt=delta)]
+    time, *others = (Field("X_Value", "s", c) for c in clocks)
+    if all(np.array_equal(body.numbers[clocks[0]], body.numbers[c], equal_nan=True) for c in clocks):
+        return [replace(_counted(table_of(body, fields, time), segment), dt=delta)]
+    return [replace(table_of(body, sorted([*fields, *others], key=lambda f: f.index), time), dt=delta)]
 
 
 def _counted(table: Table, segment: LvmHeader) -> Table:
@@ -182,9 +178,8 @@ def _stated(table: Table, segment: LvmHeader, head: Head) -> Table:
     digits = len(segment.meta["delta_x"][0].lower().partition("e")[0].replace(",", "").replace(".", "").strip("0"))
     if digits <= 3 and not _round_rate(delta):
         text = f"Delta_X = {delta:g} s has {digits} digits only: the rate of {1.0 / delta:.1f} Hz is that inexact"
-        table = replace(table, findings=(*table.findings, Finding("rounded-rate", "", None, text)))
-    columns = tuple(Column(c.name, c.unit, c.values, c.index) for c in table.columns)
-    return replace(_counted(table, segment), columns=columns, dt=delta, start=start or 0.0)
+        table = table.finding("rounded-rate", text)
+    return replace(_counted(table, segment), dt=delta, start=start or 0.0)
 
 
 def _round_rate(delta: float) -> bool:

@@ -71,8 +71,7 @@ def _without_headers(source: Source, header: TwoRows) -> tuple[bytes, tuple[int,
     The first header ends above its first row; a later one is all between a blank line and the unit row that is no data.
     """
     head, first = source.head, source.block.line if source.block else 1
-    encoding = "utf-8" if head.encoding.startswith("utf-16") else head.encoding
-    unit_row = head.lines[header.unit_row].encode(encoding, "replace").strip()
+    unit_row = head.lines[header.unit_row].encode(head.body_encoding, "replace").strip()
     lines = text_of(source)[:].split(b"\n")
     top = max(0, header.first + 1 - first)
     lines[:top] = [b""] * len(lines[:top])

@@ -68,8 +68,7 @@ def read(source: Source) -> list[Table]:
     layout = Layout(0, grid.delimiter, grid.decimal, columns, tuple(range(columns)))
     table = read_table(source, layout, fields, Field("time", "s", 0) if timed else None)
     length = units.quantity(settings.get("RecordLength", ""))
-    table = replace(table, stated_rows=length[0] if length else None)
-    return [replace(table, dt=resolution[0], start=start[0])]
+    return [replace(table, stated_rows=length[0] if length else None, dt=resolution[0], start=start[0])]
 
 
 def _rises(head: Head, first: int, delimiter: str, resolution: float) -> bool:

@@ -39,8 +39,8 @@ def read(source: Source) -> list[Table]:
     fields = [Field("Second", "s", 0), *(Field(names[k], written[k], k) for k in range(1, len(written)))]
     table = read_columns(source, row + 1, fields, fields[0], head.lines[: row + 1])
     meta = meta_of(head, row)
-    table = replace(table, stated_rows=positive(_own(meta.get("record length", []))))
-    return [replace(table, dt=positive(_own(meta.get("sample interval", []))))]
+    rows, interval = (positive(_own(meta.get(key, []))) for key in ("record length", "sample interval"))
+    return [replace(table, stated_rows=rows, dt=interval)]
 
 
 def _own(values: list[str]) -> list[str]:

@@ -6,7 +6,7 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.textlog import Field, check_width, fields_at, found_line, meta_of, positive, read_table
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, first_of, found_line, meta_of, positive, read_table
 
 SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV", blocks=True)
 
@@ -49,9 +49,9 @@ def read(source: Source) -> list[Table]:
         fields.append(Field(label or name, unit, k))
     header = frozenset(line.strip() for line in head.lines[: row + 1] if line.strip(", "))
     layout = Layout(row + 1, ",", ".", len(names), (0, *(f.index for f in fields)), header=header)
-    time = Field("TIME", (meta.get("horizontal units") or ["s"])[0] or "s", 0)
+    time = Field("TIME", first_of(meta, "horizontal units", "s"), 0)
     table = read_table(source, layout, fields, time)
-    table = replace(table, stated_rows=positive(meta.get("record length", [])))
     if len(fields) < len(names) - 1:
         table = replace(table, history=("left out the peak-detect envelope",))
-    return [replace(table, dt=positive(meta.get("sample interval", [])))]
+    rows, interval = (positive(meta.get(key, [])) for key in ("record length", "sample interval"))
+    return [replace(table, stated_rows=rows, dt=interval)]

@@ -10,7 +10,7 @@ from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import OVERLOAD
-from mrfit.ingest.text.textlog import Field, meta_of, positive, read_table, side_by_side
+from mrfit.ingest.text.textlog import Field, first_of, meta_of, positive, read_table, side_by_side
 
 SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel", blocks=True)
 TIME_FIELD, VALUE_FIELD = 3, 4
@@ -55,15 +55,14 @@ def read(source: Source) -> list[Table]:
     if first is None:
         raise Refusal(head.path, "no 'Record Length' in its first lines", "copy the log again")
     meta = meta_of(head, first + META_LINES)
-    name = next(iter(meta.get("source", [])), "") or head.path.stem[-3:]
-    unit = next(iter(meta.get("vertical units", [])), "") or "V"
+    name, unit = first_of(meta, "source", head.path.stem[-3:]), first_of(meta, "vertical units", "V")
     width = len(split(head.lines[first], ","))
     blank = tuple(range(VALUE_FIELD + 1, width))
     layout = Layout(first, ",", ".", width, (TIME_FIELD, VALUE_FIELD), blank=blank)
-    clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", TIME_FIELD)
+    clock = Field("time", first_of(meta, "horizontal units", "s"), TIME_FIELD)
     table = read_table(source, layout, [Field(name, unit, VALUE_FIELD)], clock)
-    table = replace(table, stated_rows=positive(meta.get("record length", [])))
-    return [replace(table, dt=positive(meta.get("sample interval", [])))]
+    rows, interval = (positive(meta.get(key, [])) for key in ("record length", "sample interval"))
+    return [replace(table, stated_rows=rows, dt=interval)]
 
 
 def join(tables: Sequence[Table]) -> list[Table]:

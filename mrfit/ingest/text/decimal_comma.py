@@ -6,12 +6,11 @@ there, these are decimals.
 
 import re
 from collections import Counter
-from dataclasses import replace
 
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Source
 from mrfit.ingest.text.head import Head, Text
-from mrfit.ingest.text.textlog import text_of
+from mrfit.ingest.text.textlog import rewritten
 
 WHOLE_PART, DECIMAL_PART = r"[+-]?\d+", r"\d+(?:[eE][+-]?\d+)?"
 PAIRS = re.compile(rf"[ \t]*{WHOLE_PART},{DECIMAL_PART}(?:,[ \t]*{WHOLE_PART},{DECIMAL_PART})*[ \t]*,?[ \t]*\r?")
@@ -74,8 +73,8 @@ def with_points(source: Source, width: int, data: Text | None = None) -> tuple[S
     def row(text: str) -> str:
         return PAIRED.sub(lambda m: f"{m[1]}.{m[2]}" + (";" if m[3] else ""), text)
 
-    lines = tuple(row(x) if _width(x) == width else x.replace(",", ";") for x in source.head.lines)
-    encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
-    text = (text_of(source) if data is None else data)[:].decode(encoding, errors="surrogateescape")
-    body = "\n".join(row(x) if _width(x) == width else x for x in text.split("\n"))
-    return replace(source, head=replace(source.head, lines=lines)), body.encode(encoding, errors="surrogateescape")
+    def body(text: str) -> str:
+        return "\n".join(row(x) if _width(x) == width else x for x in text.split("\n"))
+
+    lines = (row(x) if _width(x) == width else x.replace(",", ";") for x in source.head.lines)
+    return rewritten(source, lines, body, data)

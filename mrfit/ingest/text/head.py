@@ -48,6 +48,11 @@ class Head:
     encoding: str
     lines: tuple[str, ...]
 
+    @property
+    def body_encoding(self) -> str:
+        """Encoding of the text as ``body_bytes`` gives it."""
+        return "utf-8" if self.encoding.startswith("utf-16") else self.encoding
+
     def starts(self, *prefixes: str) -> bool:
         """Whether the first line that is not blank begins with one of ``prefixes``, whatever their case."""
         first = next((line.strip() for line in self.lines if line.strip()), "").lower()

@@ -346,8 +346,7 @@ def _may_name(line: str) -> bool:
 
 def _part(head: Head, data: bytes, whole: bool) -> Head:
     """Return the head of a stretch of text."""
-    encoding = "utf-8" if head.encoding.startswith("utf-16") else head.encoding
-    lines = decode(data, encoding).replace("\0", "").split("\n")
+    lines = decode(data, head.body_encoding).replace("\0", "").split("\n")
     if not whole and len(lines) > 1:
         lines.pop()
     return replace(head, lines=tuple(lines))

@@ -6,13 +6,13 @@ numbers with two marks, decimals with the other mark, or a column that goes from
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from mrfit.core.recording import Finding
 from mrfit.ingest.table import Source
 from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Head, Text
-from mrfit.ingest.text.textlog import text_of
+from mrfit.ingest.text.textlog import rewritten
 
 MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
@@ -73,14 +73,7 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
             text = change(text)
         return text
 
-    encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
-    text = changed(text_of(source)[:].decode(encoding, errors="surrogateescape"))
-    lines = tuple(changed(line) for line in source.head.lines)
-    return (
-        replace(source, head=replace(source.head, lines=lines)),
-        text.encode(encoding, errors="surrogateescape"),
-        said,
-    )
+    return *rewritten(source, map(changed, source.head.lines), changed), said
 
 
 def _last_lines(head: Head) -> list[str]:

@@ -1,6 +1,6 @@
 """Shared parts of the readers of text logs: from a layout and column names to a table."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +33,11 @@ def meta_of(head: Head, stop: int, delimiter: str = ",") -> dict[str, list[str]]
         if fields[0]:
             meta.setdefault(fields[0].rstrip("=: ").lower(), fields[1:])
     return meta
+
+
+def first_of(meta: Mapping[str, Sequence[str]], name: str, otherwise: str) -> str:
+    """Return the first value of a line of a header, or another text where that is empty or there is none."""
+    return next(iter(meta.get(name, [])), "") or otherwise
 
 
 def positive(texts: Sequence[str]) -> float | None:
@@ -131,6 +136,16 @@ def text_of(source: Source) -> Text:
     return body_view(source.head) if source.block is None else source.block.data
 
 
+def rewritten(
+    source: Source, lines: Iterable[str], change: Callable[[str], str], data: Text | None = None
+) -> tuple[Source, bytes]:
+    """Return a log with other lines in its head, and its text (``data``, where it is rewritten already) changed."""
+    encoding = source.head.body_encoding
+    text = (text_of(source) if data is None else data)[:].decode(encoding, errors="surrogateescape")
+    part = replace(source, head=replace(source.head, lines=tuple(lines)))
+    return part, change(text).encode(encoding, errors="surrogateescape")
+
+
 def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     """Return the rows of a text log, or of ``data`` where its headers have been blanked already.
 
@@ -141,8 +156,7 @@ def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     """
     block = source.block
     data = text_of(source) if data is None else data
-    # ``body_bytes`` gives UTF-16 as UTF-8
-    encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
+    encoding = source.head.body_encoding
     body = read_body(data, layout, encoding, 1 if block is None else block.line)
     body.digits = _digits(source.head, layout)
     if (block is None or block.last) and is_cut(data, layout, encoding, block.before if block else b""):
@@ -231,13 +245,7 @@ def _whole_rows(table: Table) -> Table:
     if mask.all():
         return table
     lost = tuple(RejectedRow("empty value", int(n)) for n in table.lines[~mask])
-    return replace(
-        table,
-        columns=tuple(replace(c, values=c.values[mask]) for c in table.columns),
-        time=table.time and replace(table.time, values=table.time.values[mask]),
-        lines=table.lines[mask],
-        refused=tuple(sorted((*table.refused, *lost), key=lambda r: r.line)),
-    )
+    return table.cut(lambda v: v[mask], tuple(sorted((*table.refused, *lost), key=lambda r: r.line)))
 
 
 def _same_times(first: Table, mine: np.ndarray, other: Table, its: np.ndarray) -> bool:
