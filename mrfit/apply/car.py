@@ -18,21 +18,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from mrfit.apply import walk
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
-from mrfit.apply.walk import (
-    ACCELERATION,
-    KEPT_ROWS,
-    ControlNumbers,
-    QuarterCarNumbers,
-    Setup,
-    Way,
-    adapted,
-    begun,
-    driven,
-    wanted,
-)
 from mrfit.core.arguments import check_arguments
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
@@ -173,8 +162,8 @@ class StartedRide:
 
     control: Control
     road: Road
-    setup: Setup
-    way: Way
+    setup: walk.Setup
+    way: walk.Way
 
 
 def drive(
@@ -197,7 +186,7 @@ def drive(
     def ride_of(started: StartedRide) -> Ride:
         setup, samples = started.setup, timing.samples(started.road)
         for first in range(0, samples, _BLOCK):
-            left = driven(setup, started.way, first, min(first + _BLOCK, samples), samples)
+            left = walk.driven(setup, started.way, first, min(first + _BLOCK, samples), samples)
             if left >= 0:
                 raise DataError(
                     f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
@@ -223,13 +212,13 @@ def desired(control: Control, v: float, body: float, wheel: float) -> float:
     Source: skyhook, D. Karnopp, M. Crosby, R. Harwood, J. Eng. Ind. 96 (1974) 619; groundhook, M. Valasek et al.,
     Vehicle System Dynamics 27 (1997) 5.
     """
-    return wanted(_numbers(control, Timing(), 0.0, 0.0), v, body, wheel)
+    return walk.wanted(_numbers(control, Timing(), 0.0, 0.0), v, body, wheel)
 
 
-def _numbers(control: Control, timing: Timing, low: float, high: float) -> ControlNumbers:
+def _numbers(control: Control, timing: Timing, low: float, high: float) -> walk.ControlNumbers:
     number = CONTROLS.index(control.name)
     sizes = float(control.damping), float(control.share), float(timing.sample)
-    return ControlNumbers(number, *sizes, timing.steps, float(low), float(high))
+    return walk.ControlNumbers(number, *sizes, timing.steps, float(low), float(high))
 
 
 @lru_cache(_ROADS)
@@ -240,7 +229,7 @@ def _heights(road: Any, points: int, spacing: float) -> Array:
 
 def setup_of(
     stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None
-) -> tuple[Setup, Way]:
+) -> tuple[walk.Setup, walk.Way]:
     """Return a ride, and where it begins."""
     damper, (control, road) = stepper.damper, pair
     points = 2 * timing.steps * (timing.samples(road) - 1) + 1
@@ -249,15 +238,15 @@ def setup_of(
     still = {n: np.zeros(1) for n in damper.motion} | {"current": np.full(1, damper.low)}
     rest = stepper.step(stepper.rest(still), still, 0.0).force[0]
     masses = (car.sprung, car.unsprung, car.spring, car.tyre, car.tyre_damping, timing.soft, rest)
-    setup = Setup(
+    setup = walk.Setup(
         stepper.chain, Inverter(stepper, amplifier).inverse, coil.stepper.chain, coil.inverse,
         np.array([stepper.inputs.index(n) if n in stepper.inputs else -1 for n in damper.motion]),
-        stepper.complete(still)[0], QuarterCarNumbers(*map(float, masses)),
+        stepper.complete(still)[0], walk.QuarterCarNumbers(*map(float, masses)),
         _numbers(control, timing, damper.low, damper.high),
         _heights(cast(Hashable, road), points, 0.5 * timing.sample / timing.steps),
-        np.zeros((KEPT_ROWS, points)),
+        np.zeros((walk.KEPT_ROWS, points)),
     )  # fmt: skip
-    return setup, begun(setup, float(damper.low))
+    return setup, walk.begun(setup, float(damper.low))
 
 
 @dataclass(frozen=True)
@@ -286,10 +275,10 @@ def adaptive(
     """Simulate one car from sample to sample by Dormand's and Prince's method, which chooses its steps."""
     samples = timing.samples(pair[1])
     setup, way = setup_of(stepper, car, pair, timing, amplifier)
-    left = adapted(setup, way, samples)
+    left = walk.adapted(setup, way, samples)
     evaluations = int(way.now[4])
     if left >= 0:
         return AdaptiveCheck(float("nan"), evaluations, left * timing.sample, pair[1].duration)
-    seen = setup.course[ACCELERATION, :: 2 * timing.steps]
+    seen = setup.course[walk.ACCELERATION, :: 2 * timing.steps]
     settled = np.arange(samples) * timing.sample >= pair[1].settled
     return AdaptiveCheck(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)

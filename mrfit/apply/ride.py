@@ -14,17 +14,7 @@ from mrfit.apply.stepper import Stepper
 from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
-from mrfit.io.schemas.apply import (
-    AmplifierEntry,
-    CarEntry,
-    Chatter,
-    CheckRow,
-    ControlEntry,
-    DamperEntry,
-    QuarterCarFile,
-    RideRow,
-    TimingEntry,
-)
+from mrfit.io.schemas import apply as schemas
 from mrfit.settings.apply import Amplifier
 
 if TYPE_CHECKING:
@@ -59,7 +49,7 @@ class QuarterCar:
     amplifier: Amplifier
     controls: tuple[Control, ...]
     roads: tuple[Road, ...]
-    rows: tuple[RideRow, ...]
+    rows: tuple[schemas.RideRow, ...]
     checks: tuple[tuple[str, AdaptiveCheck], ...]
     rides: tuple[Ride, ...]
 
@@ -112,18 +102,18 @@ class QuarterCar:
         return said
 
     @property
-    def document(self) -> QuarterCarFile:
+    def document(self) -> schemas.QuarterCarFile:
         """All but the courses, as its file has it."""
-        return QuarterCarFile(
+        return schemas.QuarterCarFile(
             fit=self.damper.name,
-            damper=DamperEntry(**asdict(self.damper)),
-            car=CarEntry(**asdict(self.car)),
-            timing=TimingEntry(**asdict(self.timing)),
-            amplifier=AmplifierEntry(**asdict(self.amplifier)),
-            controls=[ControlEntry(**asdict(c)) for c in self.controls],
+            damper=schemas.DamperEntry(**asdict(self.damper)),
+            car=schemas.CarEntry(**asdict(self.car)),
+            timing=schemas.TimingEntry(**asdict(self.timing)),
+            amplifier=schemas.AmplifierEntry(**asdict(self.amplifier)),
+            controls=[schemas.ControlEntry(**asdict(c)) for c in self.controls],
             roads=[{"name": r.name, **asdict(r)} for r in self.roads],  # type: ignore[call-overload]
             rows=list(self.rows),
-            checks=[CheckRow(control=name, **asdict(check)) for name, check in self.checks],
+            checks=[schemas.CheckRow(control=name, **asdict(check)) for name, check in self.checks],
             findings=self.findings,
         )
 
@@ -141,9 +131,9 @@ def _branches(damper: Damper) -> bool:
     return damper.motion[2] in spec.inputs
 
 
-def _chatter_in_words(rows: Sequence[RideRow], branches: bool) -> list[str]:
+def _chatter_in_words(rows: Sequence[schemas.RideRow], branches: bool) -> list[str]:
     """Return a sentence on every cause of chatter and limit cycles, with its rides."""
-    alike: dict[tuple[str, bool, bool, bool], list[RideRow]] = {}
+    alike: dict[tuple[str, bool, bool, bool], list[schemas.RideRow]] = {}
     for row in rows:
         one = row.chatter
         if one.found or one.limit_cycle:
@@ -154,7 +144,7 @@ def _chatter_in_words(rows: Sequence[RideRow], branches: bool) -> list[str]:
     ]
 
 
-def _rides(rows: Sequence[RideRow]) -> str:
+def _rides(rows: Sequence[schemas.RideRow]) -> str:
     by_road: dict[str, list[str]] = {}
     for row in rows:
         by_road.setdefault(row.road, []).append(row.control)
@@ -162,7 +152,7 @@ def _rides(rows: Sequence[RideRow]) -> str:
     return text + ("" if rows[0].lag else ", without lag")
 
 
-def _kinds(rows: Sequence[RideRow]) -> list[str]:
+def _kinds(rows: Sequence[schemas.RideRow]) -> list[str]:
     """Return the behaviour of rides of one kind in words."""
     several, kinds, s = [row.chatter for row in rows], [], "s" if len(rows) == 1 else ""
     if several[0].found:
@@ -231,7 +221,7 @@ def quarter_car(  # noqa: PLR0913
     prompt = damper.without(*_LAGS)
     pairs = [(control, road) for road in roads for control in controls]
     steppers = {True: Stepper(damper)} | ({False: Stepper(prompt)} if prompt != damper else {})
-    rows: list[RideRow] = []
+    rows: list[schemas.RideRow] = []
     rides: list[Ride] = []
     for lag, stepper in steppers.items():
 
@@ -253,12 +243,12 @@ def quarter_car(  # noqa: PLR0913
     )
 
 
-def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> RideRow:
+def _row(ride: Ride, car: Car, lag: bool, chatter: schemas.Chatter) -> schemas.RideRow:
     static = (car.sprung + car.unsprung) * 9.81
     rolling = car.unsprung > 0.0
     on = ride.time >= ride.road.settled
     load, travel = ride.tyre_load[on], ride.travel[on]
-    return RideRow(
+    return schemas.RideRow(
         road=ride.road.name,
         control=ride.control.name,
         lag=lag,

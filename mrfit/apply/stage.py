@@ -19,33 +19,22 @@ from mrfit.apply.solving import REACHED
 from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.apply.tracking import TrackingCase, TrackingStudy
 from mrfit.core.specs import Array
-from mrfit.io.schemas.apply import (
-    FLUX_COMMAND,
-    FLUX_CURRENT,
-    INVERT,
-    QUARTER_CAR,
-    TRACK,
-    CurrentFile,
-    FluxCommandFile,
-    InversionRow,
-    InvertFile,
-    QuarterCarFile,
-    RideRow,
-    TrackFile,
-)
+from mrfit.io.schemas import apply as schemas
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
 from mrfit.report.sections import Section, SectionFigure, Table, render
 from mrfit.signal.runs import runs
 
-File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile, CurrentFile, FluxCommandFile)
+File = TypeVar(
+    "File", schemas.InvertFile, schemas.TrackFile, schemas.QuarterCarFile, schemas.CurrentFile, schemas.FluxCommandFile
+)
 # What files are called, by schema
 _NAMES = {
-    INVERT: "invert",
-    TRACK: "track",
-    QUARTER_CAR: "quarter-car",
-    FLUX_CURRENT: "current",
-    FLUX_COMMAND: "flux-command",
+    schemas.INVERT: "invert",
+    schemas.TRACK: "track",
+    schemas.QUARTER_CAR: "quarter-car",
+    schemas.FLUX_CURRENT: "current",
+    schemas.FLUX_COMMAND: "flux-command",
 }
 _COURSES = (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
 
@@ -63,7 +52,7 @@ def write(work: Path, document: File, page: str, tables: Mapping[str, Mapping[st
     return replace(document, page=str(folder / f"{name}.html"), file=str(folder / f"{name}.json"))
 
 
-def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
+def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> schemas.InvertFile:
     """Write the currents of desired forces as Parquet tables, and the page; return the document."""
     rows = [replace(one.summary, motion=motion.name) for motion, one in found]
     first = found[0][1]
@@ -84,7 +73,7 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
         f"invert-{k}.parquet": {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
         for k, (_, one) in enumerate(found, start=1)
     }
-    return write(work, InvertFile(fit=first.damper.name, motions=rows, notes=notes), page, tables)
+    return write(work, schemas.InvertFile(fit=first.damper.name, motions=rows, notes=notes), page, tables)
 
 
 def lag_column(there: bool) -> dict[str, Callable[[Any], Any]]:
@@ -109,9 +98,9 @@ def notes_of(one: Inversion) -> list[str]:
     return notes
 
 
-def _shares(motions: Sequence[InversionRow], output: str) -> Table:
+def _shares(motions: Sequence[schemas.InversionRow], output: str) -> Table:
     unit = "N" if output == "force" else "N·m"
-    columns: Columns[InversionRow] = {
+    columns: Columns[schemas.InversionRow] = {
         "motion": lambda row: row.motion,
         "samples": lambda row: row.samples,
         **{f"{n} (%)": partial(_share, n) for n in FLAGS.values()},
@@ -122,7 +111,7 @@ def _shares(motions: Sequence[InversionRow], output: str) -> Table:
     return table_of("Desired forces: reached, saturated, or held back by coil and amplifier", columns, motions)
 
 
-def _share(flag: str, row: InversionRow) -> float:
+def _share(flag: str, row: schemas.InversionRow) -> float:
     return 100.0 * row.shares[flag]
 
 
@@ -156,7 +145,7 @@ def spans(t: np.ndarray[Any, Any], where: np.ndarray[Any, Any], most: int = 200)
     return [(float(t[a]) - step / 2, float(t[b - 1]) + step / 2) for a, b in runs(where)[:most]]
 
 
-def quarter_car(work: Path, study: QuarterCar) -> QuarterCarFile:
+def quarter_car(work: Path, study: QuarterCar) -> schemas.QuarterCarFile:
     """Write the page of a quarter car, and its numbers; return the document."""
     car, timing = study.car, study.timing
     rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
@@ -185,7 +174,7 @@ def quarter_car(work: Path, study: QuarterCar) -> QuarterCarFile:
 
 
 def _chatters(study: QuarterCar) -> Table:
-    columns: Columns[RideRow] = {
+    columns: Columns[schemas.RideRow] = {
         "road": lambda r: r.road,
         "control": lambda r: r.control,
         **lag_column(study.lags),
@@ -205,7 +194,7 @@ def _chatters(study: QuarterCar) -> Table:
 
 
 def _road_section(study: QuarterCar, road: str, k: int) -> Section:
-    columns: Columns[RideRow] = {
+    columns: Columns[schemas.RideRow] = {
         "control": lambda r: r.control,
         **lag_column(study.lags),
         "rms acceleration (m/s²)": lambda r: r.acceleration,
@@ -238,7 +227,7 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
     return Section(road, (), [table], [drawn])
 
 
-def track(work: Path, study: TrackingStudy) -> TrackFile:
+def track(work: Path, study: TrackingStudy) -> schemas.TrackFile:
     """Write the page of forces tracked, and its numbers; return the document."""
     damper, unit = study.damper, "N" if study.damper.output == "force" else "N·m"
     proportional, integral = study.gains

@@ -10,6 +10,7 @@ import typer
 import mrfit.settings.export
 from mrfit.cli import console
 from mrfit.cli.options import CommandAnswer, FinishedFit, SetOfCondition, Work, options
+from mrfit.core.counting import few
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 
@@ -25,6 +26,9 @@ To = Annotated[
         show_default=False,
     ),
 ]
+
+
+FILES_SHOWN = 4
 
 
 @options()
@@ -109,7 +113,7 @@ def check_all_made(summary: "Exported") -> None:
 
 def show(summary: "Exported") -> None:
     """Print the files of every format and their differences."""
-    rows = [[row.format, _few(row.files), row.error] for row in summary.formats]
+    rows = [[row.format, few(row.files, FILES_SHOWN), row.error] for row in summary.formats]
     title = f"{summary.model} of the fit {summary.fit}, in {summary.folder}"
     console.print_table(title, ["format", "files", "difference / range"], rows)
     for row in summary.formats:
@@ -123,7 +127,3 @@ def outdated(reasons: Mapping[str, str]) -> None:
     for name, reason in reasons.items():
         if reason:
             console.say(f"  {console.outdated_line(f'{name}: {reason}')}")
-
-
-def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

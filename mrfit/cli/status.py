@@ -7,7 +7,7 @@ from os import path as os_path
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.core.counting import number_of
+from mrfit.core.counting import few, number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, discovery_key
@@ -107,9 +107,9 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
     code = summary.code
     reasons = []
     if changed := list(_changed_logs(workspace, rows, progress)):
-        reasons.append(f"changed since read: {_few(changed)}")
+        reasons.append(f"changed since read: {few(changed, FITS_SHOWN)}")
     if edited := [r.id for r in rows if not workspace.is_whole(r.id)]:
-        reasons.append(f"no longer what was read of the logs: {_few(edited)}")
+        reasons.append(f"no longer what was read of the logs: {few(edited, FITS_SHOWN)}")
     if code == "":
         reasons.append("read by more than one version of the code")
     elif code is not None and code != code_version("ingest"):
@@ -117,10 +117,6 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
     why = "; ".join(reasons)
     told = holds + f", {refused} refused" * bool(refused)
     return Step("recordings", "", told, [r.id for r in rows], {}, code or "", why)
-
-
-def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:FITS_SHOWN]) + (f" and {len(names) - FITS_SHOWN} more" if len(names) > FITS_SHOWN else "")
 
 
 def _changed_logs(workspace: Workspace, rows: Sequence[About], progress: Progress) -> Iterator[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.core.channels import unit_of
+from mrfit.core.counting import few
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -147,8 +148,7 @@ def _split_at_headers(table: Table) -> Table:
     groups = [g for g in groups if not headers.isdisjoint(g)]
     headers.update(line for g in groups for line in g)
     begins = [g[0] for g in groups]
-    shown = ", ".join(map(str, begins[:3])) + (f" and {len(begins) - 3} more" if len(begins) > 3 else "")
-    text = f"the header stands again in line {shown}: a new run begins there"
+    text = f"the header stands again in line {few(begins, 3)}: a new run begins there"
     kept = [RejectedRow(REPEATED_HEADER if r.line in headers else r.kind, r.line) for r in lost]
     return replace(table, refused=kept, breaks=(*table.breaks, *begins)).finding("repeated-header", text)
 

@@ -23,21 +23,8 @@ from mrfit.ingest.hashes import BLOCKS_IN_MEMORY, Watch, watched
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import RejectedRow, RejectedRows, Source, Table, with_end
+from mrfit.ingest.text import headings
 from mrfit.ingest.text.head import Head, open_head
-from mrfit.ingest.text.headings import (
-    FEW_ROWS,
-    NAMING_LINES,
-    HeadedPart,
-    Heading,
-    Teller,
-    cut_at_headings,
-    exported,
-    heading,
-    is_of_numbers,
-    names_columns,
-    resembles,
-    rows_above,
-)
 from mrfit.ingest.text.textlog import check_rows
 from mrfit.settings.ingest import BLOCK
 
@@ -138,7 +125,8 @@ def read_item(item: LogItem, pieces: BlockReading | None = None) -> LogOutcome:
     try:
         if len(names) > 1 and (item.rules.join or isinstance(module, JoinsParts)):
             joined = _beside(tables, item) if item.rules.join else cast(JoinsParts, module).join(tables)
-            tables = [_with_history(t, f"joined {', '.join(names)}") for t in joined]
+            told = f"joined {', '.join(names)}"
+            tables = [replace(t, history=(*t.history, told)) for t in joined]
         recordings = _recordings(tables, item)
     except Exception as error:
         return LogOutcome(item, (), (*refusals, _refusal_of(error, item.files[0][0], item)))
@@ -191,7 +179,7 @@ def _whole(module: Reader, reader: str, source: Source) -> list[Table]:
 
 def _by_headings(module: Reader, source: Source) -> list[Table]:
     """Return the tables of a text log, each part read by the header above it, up to a header that cannot be used."""
-    first, *others = cut_at_headings(source, _teller(module))
+    first, *others = headings.cut_at_headings(source, _teller(module))
     tables = _first_read(module, first.source)
     if others and sum(t.rows for t in tables) < 2:
         raise Refusal(source.head.path, f"{others[0].told()} and no two rows stand above it", "delete what does")
@@ -221,7 +209,7 @@ def _with_rows_above(head: Head, tables: list[Table], part: bool = False) -> lis
     """Return tables with the rows above the header that holds as refused; all numbers above that of a ``part``."""
     kept = [t for t in tables if len(t.lines)]
     first = min((n for t in kept for n in (int(t.lines[0]), *t.comments, *(r.line for r in t.refused))), default=1)
-    lost = [RejectedRow("row above the header", line) for line in rows_above(head, first, part)]
+    lost = [RejectedRow("row above the header", line) for line in headings.rows_above(head, first, part)]
     return [replace(t, refused=RejectedRows([*lost, *t.refused])) if lost and t is kept[0] else t for t in tables]
 
 
@@ -235,30 +223,31 @@ def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
     """
     refused = {r.line for t in tables for r in t.refused}
     begins = [min((*t.lines[:1], *t.comments, *refused), default=1) for t in tables]
-    rows = max((int(t.lines[:FEW_ROWS][-1]) for t in tables if len(t.lines)), default=0)
+    rows = max((int(t.lines[: headings.FEW_ROWS][-1]) for t in tables if len(t.lines)), default=0)
     above = head.lines[: min(begins, default=1) - 1]
-    header = [line.strip() for line in above if line.strip() and not is_of_numbers(line)][-NAMING_LINES:]
+    named = [line.strip() for line in above if line.strip() and not headings.is_of_numbers(line)]
+    header = named[-headings.NAMING_LINES :]
     for line in sorted(refused):
         text = head.lines[line - 1] if line < min(rows, len(head.lines)) else ""
-        if resembles(text, header) or text.strip() not in header and names_columns(text):
+        if headings.resembles(text, header) or text.strip() not in header and headings.names_columns(text):
             what = f"line {line} is another header right below the first ('{excerpt(text)}')"
             raise Refusal(head.path, what, "delete the one that does not hold")
 
 
-def _teller(module: Reader) -> Teller:
+def _teller(module: Reader) -> headings.Teller:
     """Return the function that tells the headers of a log: also those of further exports of the instrument."""
     if isinstance(module, TellsHeadings):
         return module.heading
 
-    def tell(head: Head) -> Heading | None:
-        found = heading(head)
+    def tell(head: Head) -> headings.Heading | None:
+        found = headings.heading(head)
         own = module.SPEC.name != FALLBACK and module.sniff(head)
-        return replace(found or Heading((), ()), export=exported(head)) if own else found
+        return replace(found or headings.Heading((), ()), export=headings.exported(head)) if own else found
 
     return tell
 
 
-def _reader_below(module: Reader, part: HeadedPart) -> Reader:
+def _reader_below(module: Reader, part: headings.HeadedPart) -> Reader:
     """Return the reader of a part: the log's own where the header is one of its kind, else that of delimited text."""
     own = isinstance(module, TellsHeadings) or module.sniff(part.source.head)
     return module if own else registry.load("reader", FALLBACK)
@@ -292,7 +281,7 @@ def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator
     tell = _teller(module)
     for block in text_blocks(source.head, size, watch):
         part = replace(source, block=block)
-        if len(parts := cut_at_headings(part, tell)) > 1:
+        if len(parts := headings.cut_at_headings(part, tell)) > 1:
             raise Refusal(
                 source.head.path, parts[1].told(), "cut the log there: one so long is read by one header only"
             )
@@ -363,10 +352,6 @@ def _times_longer(module: Reader, part: Source, tables: list[Table]) -> float:
         return rows / max(tables[0].rows, 1)
     bytes_each = 2 if part.head.encoding.startswith("utf-16") else 1
     return part.head.size / (bytes_each * len(part.block.data))
-
-
-def _with_history(table: Table, line: str) -> Table:
-    return replace(table, history=(*table.history, line))
 
 
 def _recordings(tables: Sequence[Table], item: LogItem) -> list[Recording]:

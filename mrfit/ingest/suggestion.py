@@ -13,6 +13,7 @@ import numpy as np
 
 from mrfit.core import temporary
 from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.counting import few
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest import series
 from mrfit.ingest.dispatch import expand
@@ -257,8 +258,7 @@ def _values(column: Column) -> str:
 
 def _told_of(others: list[str]) -> Iterator[str]:
     if others:
-        shown = ", ".join(excerpt(name) for name in others[:LISTED_COLUMNS])
-        more = f" and {len(others) - LISTED_COLUMNS} more" if len(others) > LISTED_COLUMNS else ""
+        shown = few([excerpt(name) for name in others], LISTED_COLUMNS)
         yield ""
-        yield f"# Other columns than these have {shown}{more}: give them a part of their own,"
+        yield f"# Other columns than these have {shown}: give them a part of their own,"
         yield '# [[files]] with match = "NAME*" and the keys above below it.'

@@ -13,28 +13,12 @@ from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.io.keys import discovery_key, key_of
 from mrfit.io.outdated import Inputs
-from mrfit.io.schemas.discovery import (
-    Candidate,
-    Cosines,
-    DiscoveryDependence,
-    DiscoveryFile,
-    InvariantEffect,
-)
+from mrfit.io.schemas import discovery as schemas
 from mrfit.io.workspace import Workspace, write_text
+from mrfit.report import explain
 from mrfit.report.curves import prefixed
 from mrfit.report.discovery_figures import figures_of, taken_by
 from mrfit.report.discovery_source import Discovery, files_of, read_discovery
-from mrfit.report.explain import (
-    UNJUDGED,
-    ParameterText,
-    closed_share,
-    effect_words,
-    headline,
-    next_step,
-    parameter_rows,
-    sentences,
-    takes_of,
-)
 from mrfit.report.formula_words import formula_sentences
 from mrfit.report.key import STYLE_SHEET
 from mrfit.report.law_repair_words import law_repair_sentences
@@ -132,17 +116,17 @@ def render(discovery: Discovery, key: str) -> str:
     return page.replace("<title>", f'<meta name="mrfit-key" content="{key}">\n<title>', 1)
 
 
-def _verdict(found: DiscoveryFile) -> list[Section]:
+def _verdict(found: schemas.DiscoveryFile) -> list[Section]:
     """Return the sections on the conclusion, on what is open with tests that would settle it, and on the law."""
-    words = [Markup('<strong class="headline {}">{}</strong>').format(found.verdict, headline(found))]
+    words = [Markup('<strong class="headline {}">{}</strong>').format(found.verdict, explain.headline(found))]
     if nearer := nearer_law(found):
         text = (
             "<strong>{} is nearer:</strong> it takes {} % of the gap on held-out conditions. "
             "Look from there for what is still missing: <code>{}</code>"
         )
         words.append(Markup(text).format(nearer.model, f"{100.0 * nearer.takes:.0f}", nearer.command))
-    words.append(escape(" ".join(sentences(found, law=False))))
-    if command := next_step(found):
+    words.append(escape(" ".join(explain.sentences(found, law=False))))
+    if command := explain.next_step(found):
         text = "The model with what was found is fitted like any other: <code>{}</code>"
         words.append(Markup(text).format(command))
     formula = Section("A formula for what has no name", points=formula_sentences(found))
@@ -150,27 +134,29 @@ def _verdict(found: DiscoveryFile) -> list[Section]:
     return [Section("Verdict", words, [_effects(found)]), _open_questions(found), _law_words(found), repair, formula]
 
 
-def _effects(found: DiscoveryFile) -> Table:
+def _effects(found: schemas.DiscoveryFile) -> Table:
     caption = "Effects found, fitted together with the base model"
     if found.held:
         caption = "Effects found whatever the law is; the errors are those of the base, fitted again with them held"
     rows: list[Sequence[object]] = []
     for effect in found.effects:
         errors = [exact(e, percent(e)) for e in (effect.holdout_nrmse_before, effect.holdout_nrmse_after)]
-        rows += _parameters(effect.name, parameter_rows(effect), errors)
+        rows += _parameters(effect.name, explain.parameter_rows(effect), errors)
     return Table(caption, (*PARAMETER_HEADS, "hold-out NRMSE without", "with"), rows, name="effects")
 
 
-def _open_questions(found: DiscoveryFile) -> Section:
+def _open_questions(found: schemas.DiscoveryFile) -> Section:
     """Return the section on effects that these data cannot tell apart, with the tests that would tell."""
-    several = [effect_words(name) for name in found.ambiguous_set]
+    several = [explain.effect_words(name) for name in found.ambiguous_set]
     rows: list[Sequence[object]] = []
     for row in found.suspects:
         name = f"{row.name} instead of {row.instead_of}" if row.instead_of else row.name
         # effects that were taken back would take their share together
         takes = taken_by(found, row.name) if found.ambiguous_set else None
         takes = row.closed if takes is None else takes
-        rows += _parameters(name, parameter_rows(row), [exact(takes, "" if takes is None else closed_share(takes))])
+        rows += _parameters(
+            name, explain.parameter_rows(row), [exact(takes, "" if takes is None else explain.closed_share(takes))]
+        )
     each, gap = ("each", "squared error") if several else ("these together", "gap")
     when = "took away when it was last tried" if several else "would take"
     caption = (
@@ -185,7 +171,7 @@ def _open_questions(found: DiscoveryFile) -> Section:
     return Section(title, words, tables, points=told)
 
 
-def _parameters(name: str, rows: Sequence[ParameterText], numbers: Sequence[Markup]) -> list[Sequence[object]]:
+def _parameters(name: str, rows: Sequence[explain.ParameterText], numbers: Sequence[Markup]) -> list[Sequence[object]]:
     """Return rows of the parameters of an effect, whose name and other numbers stand in the first."""
     blank = [""] * len(numbers)
     return [
@@ -201,12 +187,12 @@ def _parameters(name: str, rows: Sequence[ParameterText], numbers: Sequence[Mark
     ]
 
 
-def _law_words(found: DiscoveryFile) -> Section:
+def _law_words(found: schemas.DiscoveryFile) -> Section:
     title = "Whatever the law is, and the law itself" if found.held else "What any law could make, and what none does"
     return Section(title, points=[*law_sentences(found), *other_base_sentences(found)])
 
 
-def _candidates(found: DiscoveryFile) -> list[Section]:
+def _candidates(found: schemas.DiscoveryFile) -> list[Section]:
     if not found.candidates:
         return []
     words = (
@@ -216,7 +202,7 @@ def _candidates(found: DiscoveryFile) -> list[Section]:
     )
     rows = []
     for row in found.candidates:
-        share, shown, judged = takes_of(found, row)
+        share, shown, judged = explain.takes_of(found, row)
         title, yes = registry.load("effect", row.name).SPEC.title, "yes" if row.accepted else "no"
         rows.append((row.name, title, exact(share, shown), judged, yes, row.reason))
     heads = ("effect", "what it is", "takes (%)", "judged", "accepted", "reason")
@@ -225,11 +211,11 @@ def _candidates(found: DiscoveryFile) -> list[Section]:
     return [Section("Candidates", [words], [Table(caption, heads, rows, name="candidates", best=accepted)])]
 
 
-def _confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> list[Section]:
+def _confusion(cosines: schemas.Cosines | None, candidates: Sequence[schemas.Candidate]) -> list[Section]:
     """Return the cosines between what the effects judged do, as a lower triangle, and which were not judged."""
     if not candidates:
         return []
-    table = cosines or Cosines(names=(), matrix=())
+    table = cosines or schemas.Cosines(names=(), matrix=())
     names, matrix, alike = table.names, table.matrix, table.alike
     words, tables, rows = list[str](), list[Table](), []
     for k, name in enumerate(names):
@@ -246,7 +232,9 @@ def _confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> list
     alone = [n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)]
     words += [f"Told apart from every other: {', '.join(alone)}."] * bool(alone)
     points = [
-        Markup("<strong>{}</strong>: {}").format(c.name, c.reason) for c in candidates if c.reason.startswith(UNJUDGED)
+        Markup("<strong>{}</strong>: {}").format(c.name, c.reason)
+        for c in candidates
+        if c.reason.startswith(explain.UNJUDGED)
     ]
     return [Section("What these data confuse", words, tables, points=points)]
 
@@ -257,7 +245,7 @@ def _marked(cosine: float, alike: float) -> str:
     return Markup("<mark>{}</mark>").format(shown) if abs(cosine) > alike else shown
 
 
-def _law(found: DiscoveryFile) -> list[Section]:
+def _law(found: schemas.DiscoveryFile) -> list[Section]:
     """Return the effects tested against any law, and other laws."""
     examined, tables, words = found.invariance, list[Table](), list[str]()
     if examined is not None and (effects := (*examined.named, *examined.turned_down)):
@@ -295,7 +283,7 @@ def _law(found: DiscoveryFile) -> list[Section]:
     ]
 
 
-def _tested(effect: InvariantEffect, named: bool) -> Sequence[object]:
+def _tested(effect: schemas.InvariantEffect, named: bool) -> Sequence[object]:
     s = effect.standing
     shares = (s.share, s.kept, s.held) if s else (None, None, None)
     errors = exact(s.z, significant(s.z)) if s else ""
@@ -307,7 +295,7 @@ def _of_hundred(share: float | None) -> Markup:
     return exact(share, "" if share is None else significant(100.0 * share))
 
 
-def _segments(found: DiscoveryFile) -> Table:
+def _segments(found: schemas.DiscoveryFile) -> Table:
     rows = [(s.id, s.condition, "hold-out" if s.role == "holdout" else "training") for s in found.segments or ()]
     return Table("Segments used, by role", ("segment", "condition", "role"), rows, name="used")
 
@@ -344,7 +332,7 @@ def _physical(value: float, discovery: Discovery) -> str:
     return f"{in_html(significant(factor * value))} {unit}".strip()
 
 
-def _dependence(dependence: DiscoveryDependence | None) -> str:
+def _dependence(dependence: schemas.DiscoveryDependence | None) -> str:
     """Return the orders of the base's parameters over current, as in ``fy of order 2, c of order 2, 0 to 2 A``."""
     if not dependence:
         return ""

@@ -9,26 +9,13 @@ import numpy as np
 from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.discovery import DiscoveryFile, Where
+from mrfit.report import figures
 from mrfit.report.curves import decimate, prefixed
 from mrfit.report.discovery_source import Discovery, Part
-from mrfit.report.figures import (
-    FIGURE_WIDTH,
-    HOLDOUT,
-    MEASURED,
-    QUIET,
-    SIMULATED,
-    Figure,
-    axis_label,
-    canvas_of,
-    columns_of,
-    first_panels,
-    plain_log,
-    scale_of,
-)
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.svg import Axes, Canvas, style, to_svg
 
-BEFORE, AFTER, BAND_COLOUR = SIMULATED, HOLDOUT, "#fde68a"
+BEFORE, AFTER, BAND_COLOUR = figures.SIMULATED, figures.HOLDOUT, "#fde68a"
 CELLS = 48
 # The residual map's scale ends at this quantile of its cells: a few that hold one bad sample must not hide the rest
 BRIGHTEST = 0.99
@@ -40,13 +27,13 @@ SHOWN_SECONDS = 3.0
 CYCLES = 2.0
 
 
-def figures_of(discovery: Discovery) -> list[Figure]:
+def figures_of(discovery: Discovery) -> list[figures.Figure]:
     """Return every figure of a discovery; none where the data were too few."""
     with style():
         return list(_figures(discovery))
 
 
-def _figures(discovery: Discovery) -> Iterator[Figure]:
+def _figures(discovery: Discovery) -> Iterator[figures.Figure]:
     if discovery.found.where:
         yield region_figure(discovery.found.where, "where", "Where the base model errs")
     if not discovery.parts:
@@ -68,24 +55,27 @@ def _figures(discovery: Discovery) -> Iterator[Figure]:
         yield region_figure(rest, "rest", "Where the error that is left sits")
 
 
-def suspect_figure(discovery: Discovery, name: str) -> Figure:
+def suspect_figure(discovery: Discovery, name: str) -> figures.Figure:
     """Return the force of a suspect beside what the measurement leaves without it, over time, one panel a condition."""
     shown = worst_parts(discovery)
     windows = [_window(p) for p in shown]
     seconds, time_unit = prefixed(max(float(p.time[w][-1]) for p, w in zip(shown, windows, strict=True)), "s")
-    factor, unit = scale_of([p.contributions[name].remainder for p in shown], discovery.output)
+    factor, unit = figures.scale_of([p.contributions[name].remainder for p in shown], discovery.output)
 
     def draw(axes: "Axes", part: Part) -> None:
         window, own = _window(part), part.contributions[name]
         for values, colour, width, label in (
-            (own.remainder, MEASURED, 2.2, f"measured {discovery.output} left without it"),
+            (own.remainder, figures.MEASURED, 2.2, f"measured {discovery.output} left without it"),
             (own.force, BEFORE, 1.0, f"{name} as fitted"),
         ):
             at = decimate(values[window], DISCOVERY_POINTS)
             axes.plot(seconds * part.time[window][at], factor * values[window][at], color=colour, lw=width, label=label)
 
     symbol = symbol_of(discovery.output)
-    labels = axis_label("t", time_unit, "Time"), axis_label(f"Δ{symbol}", unit, f"Part of the {discovery.output}")
+    labels = (
+        figures.axis_label("t", time_unit, "Time"),
+        figures.axis_label(f"Δ{symbol}", unit, f"Part of the {discovery.output}"),
+    )
     takes = taken_by(discovery.found, name)
     number = f" It takes {percent(takes)} of the squared error on held-out conditions." if takes is not None else ""
     caption = (
@@ -114,14 +104,14 @@ def worst_parts(discovery: Discovery) -> list[Part]:
     return [p for p in worst if any(p is c for c in chosen)]
 
 
-def region_figure(regions: Sequence[Where], name: str, title: str) -> Figure:
+def region_figure(regions: Sequence[Where], name: str, title: str) -> figures.Figure:
     """Return bars of each region's share of the squared error beside its share of the samples."""
-    canvas = canvas_of(FIGURE_WIDTH * 0.85, 1.1 + 0.42 * len(regions))
+    canvas = figures.canvas_of(figures.FIGURE_WIDTH * 0.85, 1.1 + 0.42 * len(regions))
     axes = canvas.subplots()
     places = np.arange(len(regions), dtype=np.float64)
     for key, shift, colour, label in (
         ("share_of_error", -0.19, BEFORE, "share of the squared error"),
-        ("share_of_samples", 0.19, QUIET, "share of the samples"),
+        ("share_of_samples", 0.19, figures.QUIET, "share of the samples"),
     ):
         values = [100.0 * getattr(r, key) for r in regions]
         bars = axes.barh(places + shift, values, 0.36, color=colour, label=label)
@@ -137,23 +127,23 @@ def region_figure(regions: Sequence[Where], name: str, title: str) -> Figure:
         f"Bars; first {first.region}: {percent(first.share_of_error)} of the error in "
         f"{percent(first.share_of_samples)} of the samples."
     )
-    return Figure(name, title, caption, alt, to_svg(canvas, title), narrow=True)
+    return figures.Figure(name, title, caption, alt, to_svg(canvas, title), narrow=True)
 
 
-def map_figure(discovery: Discovery, channel: str) -> Figure:
+def map_figure(discovery: Discovery, channel: str) -> figures.Figure:
     """Return RMS residuals over the drive–output plane, before and after on one colour scale, all conditions.
 
     Without an effect there is one map, the base model's.
     """
     parts = discovery.parts
     drive, output = (np.concatenate(v) for v in ([p.inputs[channel] for p in parts], [p.measured for p in parts]))
-    across, across_unit = scale_of([drive], channel)
-    up, up_unit = scale_of([output], discovery.output)
+    across, across_unit = figures.scale_of([drive], channel)
+    up, up_unit = figures.scale_of([output], discovery.output)
     drawn = _WHICH if _changed(discovery) else _WHICH[:1]
     maps = [_rms_map(drive, output, np.concatenate([getattr(p, which) for p in parts])) for which in drawn]
     ceiling = float(np.nanquantile(np.stack(maps), BRIGHTEST)) or 1.0
     factor, unit = prefixed(ceiling, discovery.unit)
-    canvas = canvas_of(FIGURE_WIDTH if len(maps) > 1 else 0.6 * FIGURE_WIDTH, 4.0)
+    canvas = figures.canvas_of(figures.FIGURE_WIDTH if len(maps) > 1 else 0.6 * figures.FIGURE_WIDTH, 4.0)
     extent = (across * drive.min(), across * drive.max(), up * output.min(), up * output.max())
     image = None
     panels = canvas.subplots(1, len(maps), sharey=True, squeeze=False).ravel()
@@ -164,9 +154,9 @@ def map_figure(discovery: Discovery, channel: str) -> Figure:
             vmax=factor * ceiling, interpolation="nearest",
         )  # fmt: skip
         axes.set_title(title)
-        axes.set_xlabel(axis_label(symbol_of(channel), across_unit, channel))
+        axes.set_xlabel(figures.axis_label(symbol_of(channel), across_unit, channel))
         axes.label_outer()
-    canvas.axes[0].set_ylabel(axis_label(symbol_of(discovery.output), up_unit, discovery.output))
+    canvas.axes[0].set_ylabel(figures.axis_label(symbol_of(discovery.output), up_unit, discovery.output))
     if image is not None:
         label = f"RMS residual ({unit})" if unit else "RMS residual"
         canvas.colorbar(image, ax=canvas.axes, extend="max", label=label)
@@ -176,7 +166,7 @@ def map_figure(discovery: Discovery, channel: str) -> Figure:
     typical = [f"{in_html(significant(factor * float(np.nanmedian(m))))} {unit}" for m in maps]
     words = f"{typical[0]} before and {typical[1]} after" if len(maps) > 1 else typical[0]
     alt = f"Map of the residual; the median cell holds {words}."
-    return Figure("map", "Residual map", caption, alt, to_svg(canvas, "Residual map"), narrow=len(maps) == 1)
+    return figures.Figure("map", "Residual map", caption, alt, to_svg(canvas, "Residual map"), narrow=len(maps) == 1)
 
 
 def _rms_map(drive: Array, output: Array, residual: Array) -> Array:
@@ -196,12 +186,12 @@ def _titles(discovery: Discovery) -> tuple[str, str]:
     return f"before: {found.base_model}", f"after: {found.augmented_model}"
 
 
-def error_figure(discovery: Discovery) -> Figure:
+def error_figure(discovery: Discovery) -> figures.Figure:
     """Return NRMSE of every condition before and after as dots, held-out ones first, with the noise floor as a tick."""
     rows = [("hold-out", parts) for parts in discovery.conditions("holdout")]
     rows += [("training", parts) for parts in discovery.conditions("train")]
     span = discovery.span
-    canvas = canvas_of(FIGURE_WIDTH * 0.85, 1.3 + 0.27 * len(rows))
+    canvas = figures.canvas_of(figures.FIGURE_WIDTH * 0.85, 1.3 + 0.27 * len(rows))
     axes = canvas.subplots()
     places = list(range(len(rows)))
     before, after = ([100.0 * _rms([getattr(p, w) for p in parts]) / span for _, parts in rows] for w in _WHICH)
@@ -222,7 +212,7 @@ def error_figure(discovery: Discovery) -> Figure:
     axes.set_ylim(len(rows) - 0.4, -0.6)
     if max(before) > 10.0 * min([*after, *(floor for floor, _ in seen)]) > 0.0:
         axes.set_xscale("log")
-        plain_log(axes)
+        figures.plain_log(axes)
     else:
         axes.set_xlim(left=0.0)
     canvas.legend(loc="outside upper right", ncols=3)
@@ -234,7 +224,7 @@ def error_figure(discovery: Discovery) -> Figure:
     )
     later = f" before and {percent(gap.after)} after" if both else ""
     alt = f"Dots; on held-out conditions {percent(gap.before)}{later}."
-    return Figure(
+    return figures.Figure(
         "error", f"Error per condition{',' if both else ''}{both}", caption, alt, to_svg(canvas, "NRMSE"), narrow=True
     )
 
@@ -260,7 +250,7 @@ def gap_canvas(found: DiscoveryFile) -> "Canvas":
     steps = [_Step(f"{found.base_model}: all", gap.before, gap.after)]
     steps += [_Step(e.name, e.holdout_nrmse_before, e.holdout_nrmse_after) for e in found.effects]
     steps += [_Step(f"perhaps {s.name}", gap.before, s.holdout_nrmse_after) for s in found.suspects]
-    canvas = canvas_of(FIGURE_WIDTH * 0.85, 1.3 + 0.4 * len(steps))
+    canvas = figures.canvas_of(figures.FIGURE_WIDTH * 0.85, 1.3 + 0.4 * len(steps))
     axes = canvas.subplots()
     places = np.arange(len(steps), dtype=np.float64)
     for shift, colour, label, values in (
@@ -285,11 +275,11 @@ def _rms(errors: Sequence[Array]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
-def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
+def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> figures.Figure:
     """Return residuals over time before and after, one panel a condition, one scale, with the noise floor as a band."""
     windows = [_window(p) for p in shown]
     seconds, time_unit = prefixed(max(float(p.time[w][-1]) for p, w in zip(shown, windows, strict=True)), "s")
-    factor, unit = scale_of([p.before for p in shown], discovery.output)
+    factor, unit = figures.scale_of([p.before for p in shown], discovery.output)
 
     def draw(axes: "Axes", part: Part) -> None:
         window = _window(part)
@@ -301,30 +291,33 @@ def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
             axes.plot(seconds * part.time[window][at], -factor * values[window][at], color=colour, lw=0.9, label=label)
 
     symbol = symbol_of(discovery.output)
-    labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual")
+    labels = (
+        figures.axis_label("t", time_unit, "Time"),
+        figures.axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual"),
+    )
     caption = f"Measured minus simulated {discovery.output} on {_whose(shown)}, all panels on one scale, {_CUT}."
     about = _Panels("residual", f"Residual{_after(discovery)}", caption, *labels, share=True)
     return _panels(shown, draw, about)
 
 
-def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Figure:
+def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> figures.Figure:
     """Return output against one input, measured and simulated before and after, one panel a condition."""
-    across, across_unit = scale_of([p.inputs[channel] for p in shown], channel)
-    factor, unit = scale_of([p.measured for p in shown], discovery.output)
+    across, across_unit = figures.scale_of([p.inputs[channel] for p in shown], channel)
+    factor, unit = figures.scale_of([p.measured for p in shown], discovery.output)
 
     def draw(axes: "Axes", part: Part) -> None:
         window = _window(part)
         drive = across * part.inputs[channel][window]
-        curves = [(part.measured, MEASURED, "measured")]
+        curves = [(part.measured, figures.MEASURED, "measured")]
         curves += [(part.measured + errors, colour, label) for errors, colour, label in _errors_of(part, discovery)]
         for values, colour, label in curves:
             at = decimate(values[window], DISCOVERY_POINTS)
-            width = 2.6 if colour == MEASURED else 0.9
+            width = 2.6 if colour == figures.MEASURED else 0.9
             axes.plot(drive[at], factor * values[window][at], color=colour, lw=width, label=label)
 
     labels = (
-        axis_label(symbol_of(channel), across_unit, channel),
-        axis_label(symbol_of(discovery.output), unit, discovery.output),
+        figures.axis_label(symbol_of(channel), across_unit, channel),
+        figures.axis_label(symbol_of(discovery.output), unit, discovery.output),
     )
     what = f"{discovery.output}–{channel} loop".replace("_", " ")
     title = f"{what[0].upper()}{what[1:]}{_after(discovery)}"
@@ -375,10 +368,10 @@ class _Panels:
     share: bool = False
 
 
-def _panels(shown: Sequence[Part], draw: Callable[["Axes", Part], None], about: _Panels) -> Figure:
-    columns = columns_of(len(shown))
-    canvas = canvas_of(FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * -(-len(shown) // columns))
-    panels = first_panels(canvas, len(shown), columns, away=True, sharey=about.share)
+def _panels(shown: Sequence[Part], draw: Callable[["Axes", Part], None], about: _Panels) -> figures.Figure:
+    columns = figures.columns_of(len(shown))
+    canvas = figures.canvas_of(figures.FIGURE_WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * -(-len(shown) // columns))
+    panels = figures.first_panels(canvas, len(shown), columns, away=True, sharey=about.share)
     for axes, part in zip(panels, shown, strict=True):
         draw(axes, part)
         axes.set_title(fill(part.segment.condition, TITLE_WIDTH))
@@ -386,4 +379,4 @@ def _panels(shown: Sequence[Part], draw: Callable[["Axes", Part], None], about: 
     canvas.supylabel(about.up)
     canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     alt = f"{about.title}: {', '.join(p.segment.condition for p in shown)}."
-    return Figure(about.name, about.title, about.caption, alt, to_svg(canvas, about.title))
+    return figures.Figure(about.name, about.title, about.caption, alt, to_svg(canvas, about.title))

@@ -11,22 +11,12 @@ from numpy.typing import NDArray
 from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.report import paper
 from mrfit.report.condition_names import differing_parts
 from mrfit.report.curves import decimate, limits, shown_cycles, simplified, unit_extent
 from mrfit.report.figures import LOOPS, SIMULATED, axis_label, scale_of
 from mrfit.report.numbers import natural, percent
 from mrfit.report.output_unit import output_unit
-from mrfit.report.paper import (
-    CHARACTER,
-    COLOURS,
-    DASHES,
-    MOST_PANELS,
-    FitSeries,
-    few_ticks,
-    label_axes,
-    legend_above,
-    panels,
-)
 from mrfit.report.source import OutputSeries
 from mrfit.report.svg import Axes, Canvas
 
@@ -71,7 +61,7 @@ class _Plane:
     up: float
 
 
-def loops(drawn: Sequence[FitSeries], width: float, overlay: str, channel: str = "") -> "Canvas":
+def loops(drawn: Sequence[paper.FitSeries], width: float, overlay: str, channel: str = "") -> "Canvas":
     """Draw loops of the output over a channel.
 
     Parameters
@@ -98,12 +88,12 @@ def loops(drawn: Sequence[FitSeries], width: float, overlay: str, channel: str =
         raise DataError(f"there is no {over} in the residuals of all fits; choose another channel with --over")
     factor, unit = (1.0, "s") if over == "time" else scale_of([_across(s, over) for s in everything], over)
     groups = panels_of(drawn, overlay)
-    if len(groups) > MOST_PANELS:
+    if len(groups) > paper.MOST_PANELS:
         raise DataError(f"{len(groups)} panels are too many for one figure; choose with --condition, or --overlay")
     looks = _looks({c.label for _, curves in groups for c in curves}, overlay)
     narrow = 2 if len(groups) > 3 else 1
-    canvas, axes = panels(width, len(groups), across=3 if len(groups) > 4 else 2, narrow=narrow)
-    letters = int(width / len({round(a.get_position().x0, 6) for a in axes}) / CHARACTER) - AXIS_LETTERS
+    canvas, axes = paper.panels(width, len(groups), across=3 if len(groups) > 4 else 2, narrow=narrow)
+    letters = int(width / len({round(a.get_position().x0, 6) for a in axes}) / paper.CHARACTER) - AXIS_LETTERS
     plane = _Plane(over, factor, scale.factor)
     for panel, (title, curves) in zip(axes, groups, strict=True):
         for number, curve in enumerate(curves):
@@ -112,14 +102,14 @@ def loops(drawn: Sequence[FitSeries], width: float, overlay: str, channel: str =
         if ends:
             panel.set_ylim(*(scale.factor * end for end in ends))
         panel.set_title(fill(title.replace(" %", "\u00a0%"), letters))
-        few_ticks(panel, 4 if letters < SHORT else 5)
-    legend_above(canvas, _legend(groups, looks, overlay), width)
+        paper.few_ticks(panel, 4 if letters < SHORT else 5)
+    paper.legend_above(canvas, _legend(groups, looks, overlay), width)
     symbol = "t" if over == "time" else symbol_of(over)
-    label_axes(canvas, axes, axis_label(symbol, unit, over), axis_label(symbol_of(output), scale.unit, output))
+    paper.label_axes(canvas, axes, axis_label(symbol, unit, over), axis_label(symbol_of(output), scale.unit, output))
     return canvas
 
 
-def panels_of(drawn: Sequence[FitSeries], overlay: str) -> list[tuple[str, list[_Curve]]]:
+def panels_of(drawn: Sequence[paper.FitSeries], overlay: str) -> list[tuple[str, list[_Curve]]]:
     """Return the title and the curves of every panel; names are reduced to the parts in which they differ."""
     fits = differing_parts([d.fit.name for d in drawn], ".")
     errors: dict[tuple[str, str, str], float | None] = {
@@ -172,10 +162,10 @@ def _looks(labels: set[str], overlay: str) -> dict[str, _Look]:
     ordered = sorted(labels, key=natural)
     if len(ordered) == 1:
         return {ordered[0]: _Look(SIMULATED, SIMULATED if overlay != "fits" else MEASURED_ALONE, "-")}
-    dashes = [DASHES[k % len(DASHES)] for k in range(len(ordered))]
+    dashes = [paper.DASHES[k % len(paper.DASHES)] for k in range(len(ordered))]
     if overlay == "fits":
         named = zip(ordered, dashes, strict=True)
-        return {n: _Look(COLOURS[k % len(COLOURS)], MEASURED_ALONE, d) for k, (n, d) in enumerate(named)}
+        return {n: _Look(paper.COLOURS[k % len(paper.COLOURS)], MEASURED_ALONE, d) for k, (n, d) in enumerate(named)}
     import matplotlib
     from matplotlib.colors import to_hex
 

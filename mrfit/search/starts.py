@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.counting import few
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import ConfigError
 from mrfit.optimizers import multistart
@@ -103,9 +104,8 @@ def characteristic_points(
     free = [cube.params[int(k)].name for k in cube.free]
     missing = [n for n in free if base_name(n) not in taken and not any(n in values for values in found)]
     if missing:
-        more = f" and {len(missing) - OPEN_NAMED} more" if missing[OPEN_NAMED:] else ""
         raise ConfigError(
-            f"--opt points: the characteristic points of '{base.name}' leave {', '.join(missing[:OPEN_NAMED])}{more} "
+            f"--opt points: the characteristic points of '{base.name}' leave {few(missing, OPEN_NAMED)} "
             "open; give them by --start or --fix, or choose another optimizer"
         )
     return to_points(cube, found or [{}])

@@ -5,7 +5,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mrfit.core.counting import number_of
+from mrfit.core.counting import few, number_of
 from mrfit.io.atomic import write_atomic
 from mrfit.io.escapes import visible
 from mrfit.io.schemas.sheet import UnitRow
@@ -88,8 +88,7 @@ def _head(canvas: "Figure", sheet: SheetContent, unit: UnitRow, several: bool) -
         canvas.text(x + 0.085, y - 0.024 - line * LINE_HEIGHT, _cut(text, 46), fontsize=7.5)
     y -= 0.024 + (min(len(facts), 2 * FACTS) + 1) // 2 * LINE_HEIGHT
     canvas.text(LEFT_EDGE, y, "Tests:", fontsize=7.5, color="#52606f")
-    more = f" and {len(sources) - 3} more" if len(sources) > 3 else ""
-    canvas.text(LEFT_EDGE + 0.085, y, _cut(f"{tests}; {', '.join(sources[:3])}{more}", 110), fontsize=7.5)
+    canvas.text(LEFT_EDGE + 0.085, y, _cut(f"{tests}; {few(sources, 3)}", 110), fontsize=7.5)
     return y - 0.021
 
 

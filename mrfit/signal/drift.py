@@ -12,6 +12,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.special import fdtri
 
+from mrfit.core.counting import few
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import DriftRow
 
@@ -176,8 +177,7 @@ def drift_words(rows: Sequence[DriftRow]) -> str:
             fastest = max((getattr(r, name) for r in moving), key=abs)
             rate = float(fastest) * (100.0 if name == "gain_rate" else 1.0)
             conditions = list(dict.fromkeys(r.condition for r in moving))
-            where = ", ".join(conditions[:3]) + (f" and {len(conditions) - 3} more" * (len(conditions) > 3))
-            parts.append(f"the output's {what} drifts in {where} (by up to {rate:.3g} {unit})")
+            parts.append(f"the output's {what} drifts in {few(conditions, 3)} (by up to {rate:.3g} {unit})")
     follows = list(dict.fromkeys(r.follows for r in rows if r.follows))
     if follows:
         worst = max((r for r in rows if r.follows), key=lambda r: r.rate)

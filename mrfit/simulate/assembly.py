@@ -17,24 +17,7 @@ from typing import cast
 
 import numpy as np
 
-from mrfit.core import registry
-from mrfit.core.protocols import (
-    AddsTerm,
-    ChangesInput,
-    ClosesLoop,
-    Effect,
-    ErrsInRecord,
-    HasDerived,
-    HasFarStarts,
-    HasReduced,
-    HasRoughResponse,
-    HasSensitivities,
-    HasStartValues,
-    HasStep,
-    MovesDrive,
-    ScalesParameters,
-    ShapesOutput,
-)
+from mrfit.core import protocols, registry
 from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.kernels.theta import by_rows
@@ -143,23 +126,23 @@ def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
             name=name,
             spec=module.SPEC,
             simulate=response,
-            derived=module.derived if isinstance(module, HasDerived) else _nothing_derived,
-            start_values=module.start_values if isinstance(module, HasStartValues) else _no_start_values,
+            derived=module.derived if isinstance(module, protocols.HasDerived) else _nothing_derived,
+            start_values=module.start_values if isinstance(module, protocols.HasStartValues) else _no_start_values,
         )
         if dependence and dependence.varies:
             whole = _depending(whole, dependence)
         return _with_effects(whole, effects) if effects else whole
 
     whole = built(module.response)
-    rough = built(module.rough_response).simulate if isinstance(module, HasRoughResponse) else None
+    rough = built(module.rough_response).simulate if isinstance(module, protocols.HasRoughResponse) else None
     if effects or (dependence and dependence.varies):
         return replace(whole, rough=rough)
     return replace(
         whole,
         rough=rough,
-        reduced=module.REDUCED if isinstance(module, HasReduced) else None,
-        sensitivities=module.sensitivities if isinstance(module, HasSensitivities) else None,
-        far_starts=module.far_starts if isinstance(module, HasFarStarts) else None,
+        reduced=module.REDUCED if isinstance(module, protocols.HasReduced) else None,
+        sensitivities=module.sensitivities if isinstance(module, protocols.HasSensitivities) else None,
+        far_starts=module.far_starts if isinstance(module, protocols.HasFarStarts) else None,
         alone=True,
     )
 
@@ -196,7 +179,7 @@ def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
     return Assembly(base.name, spec, simulate, derived, start_values)
 
 
-def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
+def _with_effects(base: Assembly, modules: list[protocols.Effect]) -> Assembly:
     modules = sorted(modules, key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name))
     specs = [m.SPEC for m in modules]
     for k, effect in enumerate(specs):
@@ -218,7 +201,8 @@ def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
         rate_independent=False,
     )
     erring, moving = (
-        frozenset(m.SPEC.name for m in modules if isinstance(m, kind)) for kind in (ErrsInRecord, MovesDrive)
+        frozenset(m.SPEC.name for m in modules if isinstance(m, kind))
+        for kind in (protocols.ErrsInRecord, protocols.MovesDrive)
     )
     chain = _Chain(base, spec, modules, specs, erring, moving)
     whole = replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
@@ -226,9 +210,9 @@ def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
     return replace(whole, adds=adds, counts=any(map(counts_from_the_beginning, modules)))
 
 
-def counts_from_the_beginning(effect: Effect) -> bool:
+def counts_from_the_beginning(effect: protocols.Effect) -> bool:
     """Return whether the state of an effect grows from a recording's first sample: it remembers and is not steady."""
-    return isinstance(effect, HasStep) and not effect.SPEC.steady
+    return isinstance(effect, protocols.HasStep) and not effect.SPEC.steady
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +221,7 @@ class _Chain:
 
     base: Assembly
     spec: ModelSpec
-    modules: list[Effect]
+    modules: list[protocols.Effect]
     effects: list[EffectSpec]
     erring: frozenset[str]
     moving: frozenset[str]
@@ -273,7 +257,7 @@ class _Chain:
         # kernels are compiled for contiguous arrays
         return [np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1)]
 
-    def _active(self, slot: str, parts: list[Array]) -> list[tuple[Effect, Array]]:
+    def _active(self, slot: str, parts: list[Array]) -> list[tuple[protocols.Effect, Array]]:
         """Return the effects of a slot that some point of the batch does not hold at neutral."""
         return [
             (m, p)
@@ -284,10 +268,10 @@ class _Chain:
     def _changed(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         for module, theta in self._active("input", parts):
-            channels |= cast(ChangesInput, module).transform(channels, theta[0], dt)
+            channels |= cast(protocols.ChangesInput, module).transform(channels, theta[0], dt)
         for module, theta in self._active("output", parts):
             if module.SPEC.name in self.moving:
-                channels |= cast(MovesDrive, module).moved(channels, theta[0], dt)
+                channels |= cast(protocols.MovesDrive, module).moved(channels, theta[0], dt)
         return np.stack([channels[n] for n in self.spec.inputs])
 
     def _closed(self, drive: Array, parts: list[Array], dt: float) -> Array:
@@ -302,7 +286,7 @@ class _Chain:
         return output
 
     def _around(
-        self, loops: list[tuple[Effect, Array]], point: int, drive: Array, parts: list[Array], dt: float
+        self, loops: list[tuple[protocols.Effect, Array]], point: int, drive: Array, parts: list[Array], dt: float
     ) -> Array:
         if not loops:
             alone: Array = self._after_input(drive, parts, dt)[0]
@@ -315,21 +299,21 @@ class _Chain:
             changed[row] = channel
             return self._around(inner, point, changed, parts, dt)
 
-        output: Array = cast(ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
+        output: Array = cast(protocols.ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
         return output
 
     def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self._made(drive, parts, dt)
         for module, theta in self._active("output", parts):
-            if module.SPEC.name in self.moving and cast(MovesDrive, module).needs_middles(theta[0]):
+            if module.SPEC.name in self.moving and cast(protocols.MovesDrive, module).needs_middles(theta[0]):
                 # at uneven times ``dt`` are the steps, see ``uneven``
                 middles = self._made(middles_of(drive), parts, cast(float, apart(dt)))
                 whole = between(output, middles)
-                shaped = cast(ShapesOutput, module).shape(whole, {}, theta, cast(float, halved(dt)))
+                shaped = cast(protocols.ShapesOutput, module).shape(whole, {}, theta, cast(float, halved(dt)))
                 output = np.ascontiguousarray(shaped[:, ::2])
             else:
-                output = cast(ShapesOutput, module).shape(output, channels, theta, dt)
+                output = cast(protocols.ShapesOutput, module).shape(output, channels, theta, dt)
         return output
 
     def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
@@ -337,14 +321,14 @@ class _Chain:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self._of_base(drive, channels, parts, dt)
         for module, theta in self._active("add", parts):
-            output = output + cast(AddsTerm, module).term(channels, theta, dt)
+            output = output + cast(protocols.AddsTerm, module).term(channels, theta, dt)
         return output
 
     def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         for module, theta in (*self._active("input", parts), *self._active("record", parts)):
             if module.SPEC.name in self.erring:
-                output = output + cast(ErrsInRecord, module).error(channels, theta, dt)
+                output = output + cast(protocols.ErrsInRecord, module).error(channels, theta, dt)
         return output
 
     def _of_base(self, drive: Array, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
@@ -372,7 +356,7 @@ class _Chain:
         return [
             (column, factor)
             for module, own in self._active("theta", parts)
-            for role, factor in cast(ScalesParameters, module).factors(channels, own, dt).items()
+            for role, factor in cast(protocols.ScalesParameters, module).factors(channels, own, dt).items()
             for column, param in enumerate(params)
             if param.role == role
         ]

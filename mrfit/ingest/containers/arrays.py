@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.counting import few
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -190,9 +191,8 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
 
 
 def _elsewhere(arrays: Arrays) -> str:
-    shown = ", ".join(f"'{n}'" for n in arrays.outside[:5])
-    more = f" and {len(arrays.outside) - 5} more" if len(arrays.outside) > 5 else ""
-    return f"the numbers of {shown}{more} lie in other files, which are not opened"
+    shown = few([f"'{n}'" for n in arrays.outside], 5)
+    return f"the numbers of {shown} lie in other files, which are not opened"
 
 
 def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:

@@ -11,18 +11,9 @@ from numpy.typing import NDArray
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Block, Lines, RejectedRows, Source, Table
+from mrfit.ingest.text import layout
 from mrfit.ingest.text.body import NUMBER_ROW, split
 from mrfit.ingest.text.head import FEED, HEAD_BYTES, Head, Text, decode
-from mrfit.ingest.text.layout import (
-    COMMENTS,
-    FIELD_DELIMITERS,
-    OVERLOAD,
-    are_units,
-    find_grid,
-    find_header,
-    is_name,
-    is_name_row,
-)
 from mrfit.ingest.text.textlog import text_of
 from mrfit.ingest.time.rate import stated_interval
 
@@ -143,17 +134,17 @@ Teller = Callable[[Head], Heading | None]
 def heading(head: Head) -> Heading | None:
     """Return the names and units of the header of delimited text; None if nothing above the numbers names them."""
     try:
-        grid = find_grid(head)
+        grid = layout.find_grid(head)
     except Refusal:
         return None
-    found = find_header(head, grid)
+    found = layout.find_header(head, grid)
     if not found.names or not any(found.names):
         return None
     shown = grid.decimal if any(grid.decimal in line for line in head.lines[grid.first : grid.first + 50]) else ""
     interval, _ = stated_interval(head.lines[: grid.first], grid.delimiter, shown)
     names, written = found.names, found.units
     cells = [c.strip("[](){}") for c in (*split(head.lines[found.row], grid.delimiter), *("",) * grid.width)]
-    if are_units(cells[: grid.width]):
+    if layout.are_units(cells[: grid.width]):
         names, written = ("",) * grid.width, tuple(c or None for c in cells[: grid.width])
     return Heading(names, written, grid.delimiter, shown, interval, found.row)
 
@@ -232,7 +223,7 @@ def _block(source: Source, data: Text, begin: int, end: int, line: int) -> Block
 def resembles(line: str, headers: Iterable[str]) -> bool:
     """Whether half of the cells of a line, and not all, are those of a line of a header."""
     for header in headers:
-        delimiter = next((d for d in FIELD_DELIMITERS if d and d in header), "")
+        delimiter = next((d for d in layout.FIELD_DELIMITERS if d and d in header), "")
         pairs = list(zip(split(line, delimiter), split(header, delimiter), strict=False))
         same = sum(a == b != "" for a, b in pairs)
         if line.strip() != header and line.count(delimiter or " ") == header.count(delimiter or " "):
@@ -244,8 +235,8 @@ def resembles(line: str, headers: Iterable[str]) -> bool:
 
 def names_columns(line: str) -> bool:
     """Whether a line is a row of names or units, half of them known."""
-    rows = [[c.strip("[](){}") for c in split(line.strip(), d) if c] for d in FIELD_DELIMITERS]
-    return _may_name(line) or any(len(cells) > 1 and are_units(cells) for cells in rows)
+    rows = [[c.strip("[](){}") for c in split(line.strip(), d) if c] for d in layout.FIELD_DELIMITERS]
+    return _may_name(line) or any(len(cells) > 1 and layout.are_units(cells) for cells in rows)
 
 
 def rows_above(head: Head, first: int, part: bool = False) -> list[int]:
@@ -260,7 +251,7 @@ def rows_above(head: Head, first: int, part: bool = False) -> list[int]:
 def is_of_numbers(line: str) -> bool:
     """Whether a line has two numbers or marks of overload, and begins with no word."""
     cells = [c for c in re.split(r"[,;\t| ]+", line.strip()) if c]
-    found = [bool(HEADING_NUMBER.fullmatch(c) or OVERLOAD.fullmatch(c)) for c in cells]
+    found = [bool(HEADING_NUMBER.fullmatch(c) or layout.OVERLOAD.fullmatch(c)) for c in cells]
     return sum(found) > 1 and (found[0] or not re.search(r"[^\W\d_]", cells[0]))
 
 
@@ -329,17 +320,17 @@ def _worded_rows(data: Text, starts: Lines, others: NDArray[np.bool_]) -> NDArra
 
 def _may_name(line: str) -> bool:
     """Whether a line may be a row of names: cells without a number, half of them known names or with a known unit."""
-    bare = line.strip().lstrip(COMMENTS).strip()
+    bare = line.strip().lstrip(layout.COMMENTS).strip()
     if not bare:
         return False
-    for delimiter in FIELD_DELIMITERS:
+    for delimiter in layout.FIELD_DELIMITERS:
         cells = [c for c in split(bare, delimiter) if c]
-        if not is_name_row(cells):
+        if not layout.is_name_row(cells):
             continue
-        known = sum(is_name(c) or units.known(c) for c in cells)
+        known = sum(layout.is_name(c) or units.known(c) for c in cells)
         # unknown names are single words: several are a note
         worded = delimiter and len(set(cells)) == len(cells) > 1 and all(re.fullmatch(r"[^\W\d_]\S+", c) for c in cells)
-        if 2 * known >= len(cells) or worded and line.strip()[:1] not in COMMENTS:
+        if 2 * known >= len(cells) or worded and line.strip()[:1] not in layout.COMMENTS:
             return True
     return False
 
