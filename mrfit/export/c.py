@@ -189,7 +189,7 @@ def rendered(
     """Return the contents of header, source and self-test, by file name."""
     if parts.law:
         return _around(source, parts, told, tunable)
-    prefix, program = parts.context.p, parts.program
+    program = parts.program
     motion = motion_of(source, cost.tau)
     logs = tunable and any(q.log for q in parts.context.base)
     code = "\n\n".join(
@@ -197,6 +197,7 @@ def rendered(
     )
     context = {
         **vars(parts.context),
+        "tunable": tunable,
         "motion": motion,
         "code": code,
         "tiny": "@TINY" in code,
@@ -206,10 +207,18 @@ def rendered(
             {*math_functions(program), *(("exp", "expm1") if motion else ()), *(("log",) if logs else ())}
         ),
     }
+    return _filled_files(source, told, ("header.h.j2", "source.c.j2"), context)
+
+
+def _filled_files(
+    source: ExportSource, told: Sequence[str], templates: tuple[str, str], context: Mapping[str, Any]
+) -> dict[str, str]:
+    """Return the contents of header and source, of two templates, and of the self-test, by file name."""
+    prefix = context["p"]
     short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
     files = {
-        f"{prefix}.h": filled("header.h.j2", {**context, "tunable": tunable}, c_comment(head_lines(source, told))),
-        f"{prefix}.c": filled("source.c.j2", {**context, "tunable": tunable}, short),
+        f"{prefix}.h": filled(templates[0], context, c_comment(head_lines(source, told))),
+        f"{prefix}.c": filled(templates[1], context, short),
     }
     if test := _selftest(source):
         files[f"{prefix}_selftest.c"] = filled("selftest.c.j2", {**context, **vars(test)}, short)
@@ -219,7 +228,7 @@ def rendered(
 def _around(source: ExportSource, parts: Parts, told: Sequence[str], tunable: bool) -> dict[str, str]:
     """Return the same of a driven mass: its law, and an integrator around it, in one header and one source."""
     assert parts.law is not None
-    prefix, law, own = parts.context.p, parts.law.p, law_of(source)
+    law, own = parts.law.p, law_of(source)
     files = rendered(own, replace(parts, context=parts.law, law=None), [], costs(source), tunable)
     _, drive, _ = split(source.assembly.name)
     context = {
@@ -233,14 +242,7 @@ def _around(source: ExportSource, parts: Parts, told: Sequence[str], tunable: bo
         "motions": dict(zip(map(field, MOTION_OF_MASS), ("x", "v", "a"), strict=False)),
         "mass": number(float(source.theta[-1])),
     }
-    short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
-    made = {
-        f"{prefix}.h": filled("mass.h.j2", context, c_comment(head_lines(source, told))),
-        f"{prefix}.c": filled("mass.c.j2", context, short),
-    }
-    if test := _selftest(source):
-        made[f"{prefix}_selftest.c"] = filled("selftest.c.j2", {**context, **vars(test)}, short)
-    return made
+    return _filled_files(source, told, ("mass.h.j2", "mass.c.j2"), context)
 
 
 def called(program: ir.Program) -> dict[str, list[str]]:

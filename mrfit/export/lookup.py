@@ -284,12 +284,7 @@ def _csv(source: ExportSource, table: LookupTable, told: list[str]) -> bytes:
 
 def _c(source: ExportSource, table: LookupTable, inverse: LookupTable | None, told: list[str]) -> dict[str, bytes]:
     prefix = prefix_of(source.prefix or source.name)
-    context = {
-        "p": prefix,
-        "output": in_comment(table.name),
-        "table": table,
-        "inverse": inverse,
-    }
+    context = {"p": prefix, "output": in_comment(table.name), "table": table, "inverse": inverse}
     jinja = environment(TEMPLATES / "lookup")
     head = c_comment(head_lines(source, told))
     short = c_comment([f"See {prefix}_lookup.h"])

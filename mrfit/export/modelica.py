@@ -86,11 +86,10 @@ def files(source: ExportSource, settings: Settings) -> Files:
 def _block(source: ExportSource, parts: Parts) -> ModelicaBlock:
     taken = {*KEYWORDS, "period", "state", "held", "seen", "in_range", "Model", "State", "step"}
     taken |= {field(n) for n in (*source.channels, source.spec.output)}
-    params = []
-    for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
-        params.append(
-            BlockParameter(_unlike(field(p.name), taken), modelica_unit(p.unit), number(value), _string(p.text))
-        )
+    params = [
+        BlockParameter(_unlike(field(p.name), taken), modelica_unit(p.unit), number(value), _string(p.text))
+        for p, value in zip(source.spec.params, source.theta.tolist(), strict=True)
+    ]
     output = parts.context.output
     return ModelicaBlock(
         title=_string(f"{source.assembly.name}: {source.base.title}"),

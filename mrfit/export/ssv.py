@@ -32,6 +32,7 @@ _SAMPLES, _STEP = 4000, 0.1
 _LEAST = 1e-12
 # Step in shares of the bounds, singular value below which nothing moves, and the width beyond which a direction is open
 CUBE_STEP, _UNSEEN, _OPEN = 1e-4, 3e-5, 0.5
+AS_FITTED = "Values are those of the fit, to the last digit: no difference from the simulation in Python."
 NO_DRAWS = "No draws: of no parameter and no derived quantity of this fit an interval is known."
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
@@ -40,15 +41,11 @@ def files(source: ExportSource, settings: Settings) -> Files:
     """Return the fit's own set and ``settings.draws`` drawn ones."""
     sets = drawn(source, settings)
     moved = int(np.count_nonzero(np.ptp(np.vstack([source.theta, sets]), axis=0)))
+    prefix = prefix_of(source.prefix or source.name)
     if not moved:
-        told = [
-            "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
-            NO_DRAWS,
-        ]
-        prefix = prefix_of(source.prefix or source.name)
+        told = [AS_FITTED, NO_DRAWS]
         return Files({f"{prefix}.ssv": _set(source, source.theta, told, prefix)}, (NO_DRAWS,), 0.0)
     told = _told(source, sets, settings)
-    prefix = prefix_of(source.prefix or source.name)
     digits = max(3, len(str(settings.draws)))
     contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
     for k, theta in enumerate(sets, 1):
@@ -63,11 +60,7 @@ def _told(source: ExportSource, sets: Array, settings: Settings) -> list[str]:
     how = "within 95 % intervals, correlated as in the fit"
     if not one_by_one(source):
         how = "along what the data determine, as wide as the intervals of parameters and derived quantities"
-    lines = [
-        "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
-        f"Draws: normal {how}, seed {settings.seed}.",
-    ]
-    return [*lines, *([f"Held: {', '.join(held)}"] if held else [])]
+    return [AS_FITTED, f"Draws: normal {how}, seed {settings.seed}.", *([f"Held: {', '.join(held)}"] if held else [])]
 
 
 def _band(source: ExportSource, sets: Array) -> str:
@@ -140,17 +133,9 @@ def correlation(source: ExportSource, free: list[int], widths: Array, logs: Arra
     """Return the correlation (F, F) of the free parameters of a least-squares fit to the logs, 1 without logs."""
     if not source.stretches:
         return np.eye(len(free))
-    share = max(_SAMPLES // len(source.stretches), 200)
-    columns = []
-    for s in source.stretches[: _SAMPLES // 200]:
-        drive = source.drive(s)[:, :share]
-        points = np.tile(source.theta, (2 * len(free), 1))
-        steps = np.diag(_STEP * widths)
-        points[:, free] = _moved(source.theta[free], np.vstack([steps, -steps]), logs)
-        with np.errstate(all="ignore"):
-            outputs = source.assembly.simulate(np.ascontiguousarray(drive), points, s.dt)
-        columns.append((outputs[: len(free)] - outputs[len(free) :]) / (2.0 * _STEP))
-    jacobian = np.nan_to_num(np.hstack(columns))
+    points, steps = np.tile(source.theta, (2 * len(free), 1)), np.diag(_STEP * widths)
+    points[:, free] = _moved(source.theta[free], np.vstack([steps, -steps]), logs)
+    jacobian = np.hstack([_slopes(outputs, _STEP) for outputs in _outputs(source, points)])
     gram = jacobian @ jacobian.T
     scale = np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
@@ -178,10 +163,10 @@ def _along(source: ExportSource, settings: Settings) -> Array:
     return sets
 
 
-def _slopes(values: Array) -> Array:
+def _slopes(values: Array, step: float = CUBE_STEP) -> Array:
     """Return central differences (F, M) of values (2F, M) at steps up and down."""
     half = len(values) // 2
-    return np.nan_to_num((values[:half] - values[half:]) / (2.0 * CUBE_STEP))
+    return np.nan_to_num((values[:half] - values[half:]) / (2.0 * step))
 
 
 def _in_cube(source: ExportSource, free: list[int], moves: Array) -> Array:

@@ -40,7 +40,7 @@ def decimated(record: Recording, factor: int) -> Recording:
             f"its {record.samples} samples are too few to keep every {factor}th of them",
             f"give a smaller decimate in its channel map, of which {reach + 1} samples are needed at {factor}",
         )
-    channels = {name: _thinned(values, factor) for name, values in record.channels.items()}
+    channels = {name: _under(values, filter_of(factor), factor) for name, values in record.channels.items()}
     rate, kept = 1.0 / (record.dt * factor), KEPT_BAND / (2.0 * record.dt * factor)
     line = f"decimated by {factor} to {rate:.6g} Hz, low-passed above {kept:.6g} Hz"
     return replace(record, dt=record.dt * factor, channels=channels, history=(*record.history, line))
@@ -60,10 +60,6 @@ def filter_of(factor: int) -> Array:
 def smoothed(values: Array, weights: Array) -> Array:
     """Return values (N,) under symmetric weights (2L + 1,), mirrored at both ends; on disk where they are."""
     return _under(values, weights, 1)
-
-
-def _thinned(values: Array, factor: int) -> Array:
-    return _under(values, filter_of(factor), factor)
 
 
 def _under(values: Array, weights: Array, factor: int) -> Array:

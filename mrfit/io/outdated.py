@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from mrfit.core import registry
 from mrfit.core.built_in import Kind
+from mrfit.core.counting import few
 from mrfit.core.recording import Segment
 from mrfit.errors import DataError
 from mrfit.io.keys import PLUGIN, code_version, digest_of, fit_key, flux_key, law_code, segment_key, segments_digest
@@ -186,12 +187,7 @@ def other_code(code: str, stage: str) -> str:
 def _other_recordings(code: str, then: Iterable[str], now: Iterable[str]) -> str:
     """Return the difference of the recordings from those of then, made by this code."""
     gone, new = sorted({*then} - {*now}), sorted({*now} - {*then})
-    told = [f"{_named(ids)} {how}" for ids, how in ((new, "new"), (gone, "gone")) if ids]
+    told = [f"{few(ids, SHOWN_RECORDINGS, ' ')} {how}" for ids, how in ((new, "new"), (gone, "gone")) if ids]
     if not (code or told):
         return UNKNOWN_REASON
     return f"the recordings have changed since{': ' if told else ''}{', '.join(told)}"
-
-
-def _named(names: list[str]) -> str:
-    more = len(names) - SHOWN_RECORDINGS
-    return " ".join(names[:SHOWN_RECORDINGS]) + (f" and {more} more" if more > 0 else "")

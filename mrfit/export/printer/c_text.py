@@ -58,18 +58,19 @@ def headline(lines: Sequence[str]) -> list[str]:
 
 def small_functions(program: ir.Program) -> str:
     """Return those small functions that a program calls."""
-    called = {
-        p.name for f in program.functions.values() for p in ir.parts(f.body) if isinstance(p, ir.Call) and not p.own
-    }
+    called = _called(program)
     return "\n\n".join(f"{comment([title])}\n{code}" for name, (title, code) in _SMALL.items() if name in called)
+
+
+def _called(program: ir.Program) -> set[str]:
+    """Return the names of functions that a program calls and does not hold."""
+    calls = (p for f in program.functions.values() for p in ir.parts(f.body) if isinstance(p, ir.Call))
+    return {c.name for c in calls if not c.own}
 
 
 def math_functions(program: ir.Program) -> list[str]:
     """Return the functions of math.h that a program calls."""
-    called = {
-        p.name for f in program.functions.values() for p in ir.parts(f.body) if isinstance(p, ir.Call) and not p.own
-    }
-    return sorted(called & {*ONE.values(), *TWO.values()})
+    return sorted(_called(program) & {*ONE.values(), *TWO.values()})
 
 
 def macros(names: Iterable[str]) -> list[tuple[str, str, str]]:
