@@ -183,21 +183,18 @@ def causal(source: ExportSource) -> ExportSource:
     return replace(source, theta=theta)
 
 
-def rendered(
-    source: ExportSource, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False
-) -> dict[str, str]:
+def rendered(source: ExportSource, parts: Parts, told: Sequence[str], cost: Cost) -> dict[str, str]:
     """Return the contents of header, source and self-test, by file name."""
     if parts.law:
-        return _around(source, parts, told, tunable)
+        return _around(source, parts, told)
     program = parts.program
     motion = motion_of(source, cost.tau)
-    logs = tunable and any(q.log for q in parts.context.base)
+    logs = parts.context.tunable and any(q.log for q in parts.context.base)
     code = "\n\n".join(
         filter(None, [small_functions(program), constants(program), *map(function_text, program.functions.values())])
     )
     context = {
         **vars(parts.context),
-        "tunable": tunable,
         "motion": motion,
         "code": code,
         "tiny": "@TINY" in code,
@@ -225,15 +222,14 @@ def _filled_files(
     return files
 
 
-def _around(source: ExportSource, parts: Parts, told: Sequence[str], tunable: bool) -> dict[str, str]:
+def _around(source: ExportSource, parts: Parts, told: Sequence[str]) -> dict[str, str]:
     """Return the same of a driven mass: its law, and an integrator around it, in one header and one source."""
     assert parts.law is not None
     law, own = parts.law.p, law_of(source)
-    files = rendered(own, replace(parts, context=parts.law, law=None), [], costs(source), tunable)
+    files = rendered(own, replace(parts, context=parts.law, law=None), [], costs(source))
     _, drive, _ = split(source.assembly.name)
     context = {
         **vars(parts.context),
-        "tunable": tunable,
         "law": parts.law,
         "law_header": files[f"{law}.h"],
         "law_source": files[f"{law}.c"].replace(f'#include "{law}.h"\n', ""),

@@ -108,7 +108,7 @@ def token_of(source: ExportSource, settings: Settings) -> str:
 def wrapped_sources(source: ExportSource, parts: Parts, cost: Cost, settings: Settings) -> dict[str, str]:
     """Return the C files of an FMU by name, the standard's headers included."""
     prefix = parts.context.p
-    model = rendered(source, parts, [], cost, tunable=parts.context.tunable)
+    model = rendered(source, parts, [], cost)
     files = {name: model[name] for name in (f"{prefix}.h", f"{prefix}.c")}
     for path in sorted(HEADERS.glob(f"fmi{settings.fmi}*.h")):
         files[path.name] = path.read_text(encoding="utf-8").encode("ascii", "replace").decode("ascii")

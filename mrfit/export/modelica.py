@@ -66,7 +66,7 @@ def files(source: ExportSource, settings: Settings) -> Files:
     context = {**vars(parts.context), **vars(block)}
     prefix = parts.context.p
     jinja = environment(TEMPLATES / "modelica")
-    code = rendered(source, parts, [], costs(source), tunable=True)
+    code = rendered(source, parts, [], costs(source))
     wrapper = jinja.get_template("modelica.h.j2").render(context)
     difference = _difference(source, parts, block, code, wrapper)
     told = [difference.text, *notes_of(source), CAUSALITY]
