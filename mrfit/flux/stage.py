@@ -17,16 +17,9 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import FLUX_RESISTANCE, Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
+from mrfit.flux import losses
 from mrfit.flux.channel import InMemory, SampleSource, channel_of
 from mrfit.flux.integral import IntegralDrift, drift_removed, integral_on_disk, integrate
-from mrfit.flux.losses import (
-    NEEDED_LOOPS,
-    LoopEnergy,
-    distinct_frequencies,
-    estimate_resistance,
-    loop_of,
-    separate,
-)
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.io.atomic import writing
 from mrfit.io.columns import extent, is_on_disk, part_of
@@ -57,8 +50,8 @@ class _Resistance:
 
 _NO_RESISTANCE = (
     "the coil resistance cannot be estimated: it needs steady cycles at three frequencies, of one amplitude or of "
-    f"{NEEDED_LOOPS} loops, or a steady direct current (at one frequency an error δR adds −δR·∮i²dt to the loop's "
-    "area, just as hysteresis does); give it with --resistance OHM, or log more frequencies"
+    f"{losses.NEEDED_LOOPS} loops, or a steady direct current (at one frequency an error δR adds −δR·∮i²dt to the "
+    "loop's area, just as hysteresis does); give it with --resistance OHM, or log more frequencies"
 )
 
 
@@ -207,7 +200,7 @@ class _CoilAnalysis:
     action: str
     own_resistance: float | None
     stretches: tuple[SteadyCycles, ...]
-    loops: tuple[LoopEnergy, ...]
+    loops: tuple[losses.LoopEnergy, ...]
     blocks: Array
     peak: float
     is_of_damper: bool = False
@@ -226,7 +219,7 @@ def _analyse(recording: Recording, settings: Settings) -> _CoilAnalysis:
         own = _positive(own, recording.source)
     voltage, current = channels["voltage"], channels["current"]
     stretches = tuple(_stretches(recording))
-    loops = tuple(loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
+    loops = tuple(losses.loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
     blocks = steady_blocks(voltage, current) if not stretches else empty
     peak = max(map(abs, extent(current))) if not stretches else 0.0
     of_damper = not MOTION.keys().isdisjoint(channels)
@@ -275,7 +268,7 @@ def _resistances(analysed: list[_CoilAnalysis], settings: Settings) -> dict[str,
 
 
 def _estimated(wanted: list[_CoilAnalysis]) -> _Resistance | None:
-    by_frequency = estimate_resistance([loop for a in wanted for loop in a.loops])
+    by_frequency = losses.estimate_resistance([loop for a in wanted for loop in a.loops])
     if by_frequency is not None and by_frequency[0] > 0.0:
         value, error = by_frequency
         return _Resistance(value, error, "estimated from energy per cycle over frequency")
@@ -401,13 +394,14 @@ def _summary(
 ) -> FluxFile:
     values = {i: r.value for i, r in resistances.items()}
     loops = [loop for a in analysed for loop in a.loops]
-    separations = separate(loops, values)
+    separations = losses.separate(loops, values)
     told = [_in_words(s) for s in separations]
     lacking = [a for a in analysed if a.action == INTEGRATED and a.identifier not in resistances]
     if loops and not separations:
+        frequencies = len(losses.distinct_frequencies(loops))
         told = [
             "the loop area is not separated into hysteresis and eddy currents: that needs three frequencies, of one "
-            f"amplitude or of {NEEDED_LOOPS} loops; there are {len(loops)} loops of {len(distinct_frequencies(loops))}"
+            f"amplitude or of {losses.NEEDED_LOOPS} loops; there are {len(loops)} loops of {frequencies}"
         ]
     return FluxFile(
         key=key,
