@@ -10,6 +10,7 @@ from mrfit.advise.drives import DIMENSIONS, RigBench, Test, lengthened, test_at
 from mrfit.core.progress import Progress
 from mrfit.core.specs import Array
 from mrfit.core.workers import give_up
+from mrfit.optimizers.cma import strategy_of
 
 # Points of each kind that are looked at, by powers of two, and kinds that are polished
 SOBOL, TESTS_POLISHED = 5, 3
@@ -148,19 +149,8 @@ def choose(task: Task, seed: int, progress: Progress) -> TestChoice:
 
 def _polished(search: _TestSearch, place: _Place, mask: Mask, rng: np.random.Generator) -> _Place:
     """Return the best place that CMA-ES finds about one."""
-    from cma import CMAEvolutionStrategy
-
-    options = {
-        "bounds": [0.0, 1.0],
-        "popsize": TEST_POPULATION,
-        "maxfevals": TEST_EVALUATIONS,
-        # the library draws from the passed generator and leaves numpy's global state alone
-        "seed": np.nan,
-        "randn": lambda *shape: rng.standard_normal(shape),
-        # maximally quiet, and no file in the working directory steers the run
-        "verbose": -10,
-    }
-    strategy = CMAEvolutionStrategy(np.clip(place.point, 0.01, 0.99), TEST_SPREAD, options)
+    start = np.clip(place.point, 0.01, 0.99)
+    strategy = strategy_of(start, TEST_SPREAD, TEST_POPULATION, rng, maxfevals=TEST_EVALUATIONS)
     best = place
     while not strategy.stop():
         points = strategy.ask()

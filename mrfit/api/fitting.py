@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-    from mrfit.export.source import ExportSource
     from mrfit.export.stage import ExportedFiles
 
 
@@ -291,7 +290,7 @@ class FitResult(PrintableResult):
         recordings: Recording | Iterable[Recording] | None = None,
         condition: str = "",
         without: Sequence[str] = (),
-    ) -> "ExportSource":
+    ) -> ExportSource:
         """Return the content of an export, with logs, or with those of the fit where they are at hand."""
         logs = [] if recordings is None else list(several(recordings))
         found = self.fitted if recordings is None else self.predict(logs).found

@@ -1,5 +1,7 @@
 """Covariance matrix adaptation."""
 
+from typing import Any
+
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Options
@@ -37,7 +39,8 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
     return Termination("a restart with twice the population brought no gain")
 
 
-def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:
+def strategy_of(start: Array, spread: float, population: int, rng: np.random.Generator, **more: float) -> Any:
+    """Return the library's strategy within the unit cube, with more of its options."""
     from cma import CMAEvolutionStrategy
 
     options = {
@@ -46,14 +49,17 @@ def _evolve(objective: Objective, start: Array, population: int, rng: np.random.
         # the library draws from the passed generator and leaves numpy's global state alone
         "seed": np.nan,
         "randn": lambda *shape: rng.standard_normal(shape),
-        "tolfun": CMA_TOLERANCE,
-        "tolx": CMA_TOLERANCE,
         # maximally quiet, and no file in the working directory steers the run
         "verbose": -10,
+        **more,
     }
+    return CMAEvolutionStrategy(start, spread, options)
+
+
+def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:
     # the library does not support one dimension: a second one that changes nothing stands in
     padded = start if objective.dimension > 1 else np.append(start, 0.5)
-    strategy = CMAEvolutionStrategy(padded, FIRST_SPREAD, options)
+    strategy = strategy_of(padded, FIRST_SPREAD, population, rng, tolfun=CMA_TOLERANCE, tolx=CMA_TOLERANCE)
     scale = objective.best_cost if 0.0 < objective.best_cost < np.inf else 1.0
     while not strategy.stop():
         points = strategy.ask()

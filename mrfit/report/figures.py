@@ -457,6 +457,14 @@ def canvas_of(width: float, height: float) -> "Canvas":
     return Picture(figsize=(width, height), layout="constrained")
 
 
+def shades(count: int) -> list[str]:
+    """Return sequential colours, dark to light, whose lightness tells them apart in grey as far as paper shows it."""
+    import matplotlib
+    from matplotlib.colors import to_hex
+
+    return [to_hex(s) for s in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.82, count))]
+
+
 def panels_of(count: int, across: int, height: float, more: float = 0.4) -> tuple["Canvas", list["Axes"]]:
     """Return a figure with so many panels, ``across`` side by side; inches of a row of them, and of what is around."""
     canvas = canvas_of(FIGURE_WIDTH, more + height * -(-count // across))

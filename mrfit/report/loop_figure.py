@@ -14,7 +14,7 @@ from mrfit.errors import DataError
 from mrfit.report import paper
 from mrfit.report.condition_names import differing_parts
 from mrfit.report.curves import decimate, limits, shown_cycles, simplified, unit_extent
-from mrfit.report.figures import LOOPS, SIMULATED, axis_label, scale_of
+from mrfit.report.figures import LOOPS, SIMULATED, axis_label, scale_of, shades
 from mrfit.report.numbers import natural, percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import OutputSeries
@@ -30,8 +30,6 @@ AXIS_LETTERS, SHORT = 8, 28
 """Characters of a panel's width that its numbers take, and fewer than which it has fewer of them."""
 MEASURED_ALONE = "#334155"
 """Colour of measured samples that several simulations share."""
-COLOUR_MAP, LIGHTEST = "viridis", 0.82
-"""Sequential colours whose lightness tells them apart in grey, as far as white paper shows them."""
 
 
 @dataclass(frozen=True)
@@ -166,11 +164,7 @@ def _looks(labels: set[str], overlay: str) -> dict[str, _Look]:
     if overlay == "fits":
         named = zip(ordered, dashes, strict=True)
         return {n: _Look(paper.COLOURS[k % len(paper.COLOURS)], MEASURED_ALONE, d) for k, (n, d) in enumerate(named)}
-    import matplotlib
-    from matplotlib.colors import to_hex
-
-    shades = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, LIGHTEST, len(ordered)))
-    return {n: _Look(to_hex(s), to_hex(s), d) for n, s, d in zip(ordered, shades, dashes, strict=True)}
+    return {n: _Look(s, s, d) for n, s, d in zip(ordered, shades(len(ordered)), dashes, strict=True)}
 
 
 def _draw_curve(axes: "Axes", one: OutputSeries, look: _Look, plane: _Plane, dots: bool) -> None:

@@ -8,12 +8,11 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.io.schemas.sheet import SheetCondition, UnitRow, VerdictRow
 from mrfit.report.curves import prefixed, simplified
-from mrfit.report.figures import PALETTE, QUIET
+from mrfit.report.figures import PALETTE, QUIET, shades
 from mrfit.report.numbers import natural
 from mrfit.report.svg import Axes
 from mrfit.sheet.measured import CycleCourse, MeanLoop
 
-COLOUR_MAP, LIGHTEST_SHADE = "viridis", 0.82
 LEGEND_MAX = 8
 """Curves of a figure that a legend names one by one."""
 LIMIT_COLOUR = "#c2410c"
@@ -24,11 +23,7 @@ def colours_of(currents: Sequence[float]) -> Callable[[float], str]:
     known = sorted({round(c, 2) for c in currents if np.isfinite(c)})
     if len(known) < 2:
         return lambda current: PALETTE[0]
-    import matplotlib
-    from matplotlib.colors import to_hex
-
-    shades = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, LIGHTEST_SHADE, len(known)))
-    table = {level: to_hex(shade) for level, shade in zip(known, shades, strict=True)}
+    table = dict(zip(known, shades(len(known)), strict=True))
     return lambda current: table.get(round(current, 2), QUIET)
 
 
