@@ -226,11 +226,6 @@ def cubic_weights(first: Array, second: Array, third: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def free_offset(assembly: Assembly) -> bool:
-    """Return whether each record's output has an unknown constant: an integrated flux does, a load cell's force not."""
-    return assembly.spec.free_offset
-
-
 def differences(block: SegmentBlock, assembly: Assembly, theta: Array) -> Array:
     """Return simulated − measured at the targets of a block, (P, K) -> (P, B).
 
@@ -250,7 +245,8 @@ def differences_of(block: SegmentBlock, assembly: Assembly, simulated: Array) ->
 
 def _compare(block: SegmentBlock, assembly: Assembly, simulated: Array, scale: Array, every: int, out: Array) -> None:
     """Set out (P, B) to scale (B,) times simulated (P, W + M) − measured, see ``folding.compare``."""
-    shares = block.shares if free_offset(assembly) else np.empty(0)
+    # each record of an integrated flux has an unknown constant, that of a load cell's force has none
+    shares = block.shares if assembly.spec.free_offset else np.empty(0)
     compare(simulated, block.nodes, block.weights, (block.target, shares, scale), every, out)
 
 
