@@ -7,7 +7,7 @@ from typing import IO
 
 from pydantic import ValidationError
 
-from mrfit.io.atomic import opened_to_append, writing
+from mrfit.io.atomic import accessing, opened_to_append
 from mrfit.io.schemas.batch import LogRow
 from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import plain, write_text
@@ -45,7 +45,7 @@ class Journal:
         self._file: IO[bytes] | None = None
 
     def __enter__(self) -> "Journal":
-        with writing(self.path):
+        with accessing(self.path):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = opened_to_append(self.path)
             if self._file.tell():
@@ -61,7 +61,7 @@ class Journal:
         """Write a row, so that it outlives this process."""
         if not self._file:
             return
-        with writing(self.path, "; make room on the disk"):
+        with accessing(self.path, "; make room on the disk"):
             self._file.write(_line(row).encode())
             self._file.flush()
 

@@ -12,6 +12,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError, unknown_name
+from mrfit.io.atomic import accessing
 from mrfit.io.toml_file import TomlTable, read_toml
 
 DOWNLOAD_CHUNK = 1 << 16
@@ -170,10 +171,8 @@ class _Sink:
 @contextlib.contextmanager
 def _folder(folder: Path) -> Iterator[None]:
     """Make a folder, and remove it again if nothing came into it."""
-    try:
+    with accessing(folder, "; choose another folder with --to", "cannot be made"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"{folder}: cannot be made ({error.strerror}); choose another folder with --to") from None
     try:
         yield
     finally:
@@ -203,14 +202,10 @@ def _bring(entry: CatalogFile, path: Path, counter: _Counter) -> dict[str, Any]:
         # hidden, so that no ingest takes what a killed run left for a log; of this process only
         part = path.parent / f".{entry.name}.{os.getpid()}.part"
         try:
-            with part.open("wb") as handle:
-                _download(entry, path.parent, _Sink(handle, entry.size, counter))
-            part.replace(path)
-        except OSError as error:
-            why = error.strerror or str(error)
-            raise DataError(
-                f"{path}: cannot be written ({why}); make room or choose another folder with --to"
-            ) from None
+            with accessing(path, "; make room or choose another folder with --to", "cannot be written"):
+                with part.open("wb") as handle:
+                    _download(entry, path.parent, _Sink(handle, entry.size, counter))
+                part.replace(path)
         finally:
             part.unlink(missing_ok=True)
     return {"name": entry.name, "bytes": entry.size, "sha256": entry.sha256, "state": state}

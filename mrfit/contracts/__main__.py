@@ -16,7 +16,7 @@ from mrfit.contracts import effects, models, optimizers, readers
 from mrfit.contracts.check import Check, applying, broken
 from mrfit.core import plugins, registry, temporary
 from mrfit.core.built_in import Kind
-from mrfit.errors import DataError
+from mrfit.io.atomic import accessing
 
 _CHECKS: dict[str, Sequence[Check[Any]]] = {
     "model": models.MODEL_CHECKS,
@@ -69,10 +69,8 @@ def of_reader(name: str, logs: Sequence[Path]) -> Iterator[tuple[str, str]]:
 
 
 def _content(log: Path) -> bytes:
-    try:
+    with accessing(log, "; give the path of a log", "cannot be read"):
         return log.read_bytes()
-    except OSError as error:
-        raise DataError(f"{log}: cannot be read ({error.strerror}); give the path of a log") from None
 
 
 if __name__ == "__main__":

@@ -233,14 +233,10 @@ def constant_channels_are_no_trouble(effect: Effect) -> None:
         need(np.isfinite(out).all(), f"not finite on {pair.base.name}")
 
 
-def _proposed(effect: Effect) -> bool:
-    return effect.SPEC.proposed
-
-
 EFFECT_CHECKS: tuple[Check[Effect], ...] = (
     check_of(specification_is_sound),
     check_of(function_is_that_of_the_slot),
-    check_of(rivals_are_told_apart, _proposed),
+    check_of(rivals_are_told_apart, lambda e: e.SPEC.proposed),
     check_of(rivals_are_known),
     check_of(units_are_known),
     check_of(bounds_hold_the_neutral),

@@ -205,16 +205,12 @@ def _searches(optimizer: Optimizer) -> bool:
     return optimizer.SPEC.kind != "start"
 
 
-def _is_global(optimizer: Optimizer) -> bool:
-    return optimizer.SPEC.kind == "global"
-
-
 OPTIMIZER_CHECKS: tuple[Check[Optimizer], ...] = (
     check_of(specification_is_sound),
     check_of(options_at_their_bounds_still_search, lambda o: bool(o.SPEC.options)),
     check_of(points_stay_in_the_cube),
     check_of(budget_is_never_exceeded),
-    check_of(whole_budget_is_used, _is_global),
+    check_of(whole_budget_is_used, lambda o: o.SPEC.kind == "global"),
     check_of(result_is_never_worse_than_the_start),
     check_of(same_seed_gives_the_same_bytes),
     check_of(another_seed_searches_elsewhere),

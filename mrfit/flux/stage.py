@@ -21,7 +21,7 @@ from mrfit.flux import losses
 from mrfit.flux.channel import InMemory, SampleSource, channel_of
 from mrfit.flux.integral import IntegralDrift, drift_removed, integral_on_disk, integrate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
-from mrfit.io.atomic import writing
+from mrfit.io.atomic import accessing
 from mrfit.io.columns import extent, is_on_disk, part_of
 from mrfit.io.keys import code_version, file_digest, flux_key
 from mrfit.io.schemas.reading import reusable
@@ -293,10 +293,10 @@ def _replacing(workspace: Workspace) -> Iterator[str]:
     folder, target = workspace.root / staging, workspace.root / STAGE
     try:
         # it stays empty where no recording is changed
-        with writing(folder):
+        with accessing(folder):
             folder.mkdir()
         yield staging
-        with writing(target):
+        with accessing(target):
             if existing := reusable(workspace.flux_json, FluxFile):
                 write_json(workspace.flux_json, replace(existing, key=""))
             shutil.rmtree(target, ignore_errors=True)

@@ -17,7 +17,7 @@ from mrfit.ingest.table import Block, Column, RejectedRows, Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, TAIL
 from mrfit.ingest.text.head import Head, plain_feeds
 from mrfit.ingest.text.textlog import check_rows
-from mrfit.io.atomic import writing
+from mrfit.io.atomic import accessing
 
 MIB = 1 << 20
 
@@ -135,7 +135,7 @@ class BlockTables:
                 self._append(self.folder / f"{number}-{name}", values)
 
     def _append(self, path: Path, values: series.Values) -> None:
-        with writing(path.parent, "; choose another --work folder, with room for as much as the log"):
+        with accessing(path.parent, "; choose another --work folder, with room for as much as the log"):
             if path not in self.files:
                 self.files[path] = self.stack.enter_context(path.open("wb"))
             self.files[path].write(np.ascontiguousarray(values).data)
@@ -149,7 +149,7 @@ class BlockTables:
             If there is no row.
         """
         for path, file in self.files.items():
-            with writing(path.parent, ""):
+            with accessing(path.parent, ""):
                 file.flush()
         whole = []
         for number, table in enumerate(self.tables):

@@ -9,6 +9,7 @@ import mrfit.ingest.stage
 from mrfit.core import temporary
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
+from mrfit.io.atomic import accessing
 from mrfit.settings.ingest import Settings
 
 CLOCK_AGREEMENT = 0.01
@@ -46,12 +47,9 @@ class GrowingLog:
         DataError
             If the file cannot be opened.
         """
-        try:
-            with self.path.open("rb") as file:
-                file.seek(self.offset)
-                added = file.read()
-        except OSError as error:
-            raise DataError(f"{self.path}: cannot be read ({error.strerror})") from None
+        with accessing(self.path, "", "cannot be read"), self.path.open("rb") as file:
+            file.seek(self.offset)
+            added = file.read()
         whole = added[: added.rfind(b"\n") + 1]
         if not whole:
             return False

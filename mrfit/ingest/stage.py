@@ -25,7 +25,7 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map
 from mrfit.ingest.meaning.conditions import condition_words, from_name, name_expression
 from mrfit.ingest.reading import BlockReading, LogItem, LogOutcome, look_into
 from mrfit.ingest.refusal import Refusal, TransientRefusal
-from mrfit.io.atomic import writing
+from mrfit.io.atomic import accessing
 from mrfit.io.keys import code_version, file_digest, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
 from mrfit.io.workspace import Workspace, recording_id, write_json
@@ -136,7 +136,7 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
         if left.name.removeprefix(".ingest-").isdecimal():
             shutil.rmtree(left, ignore_errors=True)  # of a run that was killed
     staging = Workspace(workspace.root / f".ingest-{getpid()}")
-    with writing(workspace.root, what="cannot write here"):
+    with accessing(workspace.root, what="cannot write here"):
         staging.root.mkdir(parents=True)
     try:
         yield staging
@@ -420,7 +420,7 @@ def _commit(
     new = [r for rows in staged.recordings.values() for r in rows]
     for row in new:
         target = workspace.recording_file(row.id)
-        with writing(target):
+        with accessing(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             staging.recording_file(row.id).replace(target)
     heard = {r.source for r in refused} | set(staged.recordings) | staged.files | dropped

@@ -45,8 +45,8 @@ def opened_to_append(path: Path) -> IO[bytes]:
 
 
 @contextmanager
-def writing(path: Path, remedy: str = "; choose another --work folder", what: str = "cannot write") -> Iterator[None]:
-    """Name the file or folder that cannot be written and the remedy."""
+def accessing(path: Path, remedy: str = "; choose another --work folder", what: str = "cannot write") -> Iterator[None]:
+    """Name the file or folder that the system refuses, and the remedy."""
     try:
         yield
     except OSError as error:
@@ -65,7 +65,7 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
         raise DataError(f"{path}: no name of a file; give one")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with writing(path):
+        with accessing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             temporary.unlink(missing_ok=True)  # a link of this name would be followed
             write(temporary)

@@ -18,7 +18,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
-from mrfit.io.atomic import writing
+from mrfit.io.atomic import accessing
 from mrfit.io.memory import check_room
 
 # Samples of a recording above which its channels may stay on disk
@@ -228,7 +228,7 @@ def changed(values: Array, change: Callable[[Array], Array]) -> Array:
 
 def _kept(scratch: Path, parts: Iterable[Array]) -> Array:
     """Return arrays, one after the other, as a column of a file of plain numbers."""
-    with writing(scratch):
+    with accessing(scratch):
         scratch.mkdir(parents=True, exist_ok=True)
         path = scratch / f"{os.getpid()}-{next(_numbers)}.f64"
         with path.open("wb") as file:
