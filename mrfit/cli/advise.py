@@ -41,8 +41,7 @@ def _say_words(words: dict[str, Any], work: Path) -> None:
     output.advise(words)
     if words["advice"] and words["verdict"] != "insufficient-data":
         console.say(f"{NO_RIG} mrfit advise --rig FILE --work {work}")
-        for line in pipeline.rig_lines(work):
-            console.say(f"  {line}")
+        console.say_each(pipeline.rig_lines(work))
 
 
 def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile | None:

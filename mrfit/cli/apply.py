@@ -115,8 +115,7 @@ def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = Non
 
 def _conclude(summary: "CurrentFile | FluxCommandFile | InvertFile | TrackFile", *words: str) -> None:
     """Print what is said of a result, and where its page lies."""
-    for line in (*words, *summary.notes, f"Page: {summary.page}"):
-        console.say(line)
+    console.say_each((*words, *summary.notes, f"Page: {summary.page}"), "")
 
 
 @app.command()
@@ -327,8 +326,7 @@ def _print_rides(summary: "QuarterCarFile") -> None:
     title = f"Quarter car on {summary.fit}: acceleration in m/s², tyre load over the static one, travel in m"
     table = table_of(title, columns, summary.rows)
     console.print_table(table.caption, table.heads, table.rows)
-    for line in (*summary.findings, f"Page: {summary.page}"):
-        console.say(line)
+    console.say_each((*summary.findings, f"Page: {summary.page}"), "")
 
 
 @app.command()

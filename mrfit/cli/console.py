@@ -9,7 +9,7 @@ import sys
 import textwrap
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -92,6 +92,12 @@ def say(text: str) -> None:
         VERBOSITY.last = text.strip()
     else:
         _print(text)
+
+
+def say_each(lines: Iterable[str], before: str = "  ") -> None:
+    """Print lines of a command's answer, all with the same before them."""
+    for line in lines:
+        say(f"{before}{line}")
 
 
 def outdated_line(reason: str, again: str = "fit again") -> str:

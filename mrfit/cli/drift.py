@@ -58,10 +58,8 @@ def _show(made: "DriftFile") -> None:
     for r in rows:
         if r.change:
             console.say(f"  step: {r.parameter}, {r.condition}: at {r.change.covariate} {r.change.at:.4g}")
-    for cause in made.causes:
-        console.say(f"  candidate: {cause.effect}: {cause.text}")
-    for note in made.notes[:ROWS_SHOWN]:
-        console.say(f"  {note}")
+    console.say_each(f"candidate: {cause.effect}: {cause.text}" for cause in made.causes)
+    console.say_each(made.notes[:ROWS_SHOWN])
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})
     console.conclude(

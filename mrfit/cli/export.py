@@ -117,8 +117,7 @@ def show(summary: "Exported") -> None:
     title = f"{summary.model} of the fit {summary.fit}, in {summary.folder}"
     console.print_table(title, ["format", "files", "difference / range"], rows)
     for row in summary.formats:
-        for text in row.said:
-            console.say(f"{row.format}: {text}")
+        console.say_each(row.said, f"{row.format}: ")
     outdated({summary.fit: "; ".join(summary.outdated)})
 
 

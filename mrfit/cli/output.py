@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.cli import export, plot
 from mrfit.cli import summary as in_one_line
-from mrfit.cli.console import VERBOSITY, conclude, numbers, outdated_line, print_table, say
+from mrfit.cli.console import VERBOSITY, conclude, numbers, outdated_line, print_table, say, say_each
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import number_of
 from mrfit.errors import ConfigError, near, unknown_name
@@ -38,15 +38,17 @@ def ingest(summary: Summary, work: Path) -> None:
     columns = ("recording", "reader", "rows", "refused", "dt (s)", "channels", "condition")
     print_table(f"Recordings in {work}{_state(summary)}", columns, rows)
     _say_once(f"{s}: {summary['reasons'][s]}; its recordings are replaced" for s in summary["replaced"])
-    for copy in summary.get("copies", []):
-        say(f"  {copy_text(copy)}")
+    say_each(map(copy_text, summary.get("copies", [])))
     _say_once(f"{r['id']}: {finding['text']}" for r in summary["recordings"] for finding in r["findings"])
     _say_unnamed([(r["id"], [c["name"] for c in r["channels"]]) for r in summary["recordings"]])
-    for refused in summary["refused"]:
-        say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+    _refused(summary)
     conclude(in_one_line.ingest(summary, work))
     if "plot" in summary:
         plot.conclude(summary["plot"])
+
+
+def _refused(summary: Summary) -> None:
+    say_each(f"refused {r['source']}: {r['reason']}; {r['remedy']}" for r in summary["refused"])
 
 
 def _say_once(findings: Iterable[str]) -> None:
@@ -113,8 +115,7 @@ def preview(rows: "Sequence[Preview]") -> None:
         if row.reader == "refused":
             remedies.setdefault(row.remedy, []).append(row)
     for remedy, refused in remedies.items():
-        for row in refused:
-            say(f"  refused {row.source}: {row.oddities}")
+        say_each(f"refused {row.source}: {row.oddities}" for row in refused)
         say(f"    to read {'it' if len(refused) == 1 else f'these {len(refused)}'}: {remedy}")
 
 
@@ -125,8 +126,7 @@ def flux(summary: Summary, work: Path) -> None:
     rows = [numbers(r, names) for r in summary["recordings"]]
     print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
     _say_once(summary.get("findings", []))
-    for line in summary.get("separation_text", []):
-        say(f"  {line}")
+    say_each(summary.get("separation_text", []))
     _notes(summary)
     conclude(in_one_line.flux(summary, work))
 
@@ -143,8 +143,7 @@ def segment(summary: Summary, work: Path) -> None:
 
 
 def _notes(summary: Summary) -> None:
-    for note in summary.get("notes", ()):
-        say(f"  {note}")
+    say_each(summary.get("notes", ()))
 
 
 def fit(summary: Summary, work: Path) -> None:
@@ -156,14 +155,12 @@ def fit(summary: Summary, work: Path) -> None:
         rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
         columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
         print_table(f"Parameters, {result['condition']}", columns, rows)
-        for sentence in result.get("identifiability", []):
-            say(f"  {sentence}")
+        say_each(result.get("identifiability", []))
         for stage in result.get("stages", []):
             error = f", RMS error {stage['cost']:.4g}" if "cost" in stage else ""
             say(f"  stage {stage['stage']}: {number_of('segment', len(stage['segments']))}{error}")
     for choice in ("current_choice", "form_choice"):
-        for sentence in (summary.get(choice) or {}).get("text", []):
-            say(f"  {sentence}")
+        say_each((summary.get(choice) or {}).get("text", []))
     if len(summary["results"]) > 3:
         say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
     _notes(summary)
@@ -197,8 +194,7 @@ def warnings(summary: Summary) -> None:
 
 
 def _whole_warnings(summary: Summary) -> None:
-    for warning in summary["warnings"]:
-        say(f"  warning {warning['kind']}: {warning['text']}")
+    say_each(f"warning {w['kind']}: {w['text']}" for w in summary["warnings"])
 
 
 def predict(summary: Summary) -> None:
@@ -219,8 +215,7 @@ def predict(summary: Summary) -> None:
     _whole_warnings(summary)
     if summary.get("files"):
         say(f"Files: {', '.join(summary['files'])}")
-    for refused in summary["refused"]:
-        say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+    _refused(summary)
     conclude(in_one_line.predict(summary))
 
 
@@ -249,14 +244,12 @@ def compare_models(summary: Summary, work: Path) -> None:
                 ]
                 print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), per_condition)
     _notes(summary)
-    for which, text in together([ModelCaution(**row) for row in summary["warnings"]], "text"):
-        say(f"  warning recordings-left-out: {which}: {text}")
-    for which, reason in together([LeftOut(**row) for row in summary["left_out"]], "reason"):
-        say(f"  left out {which}: {reason}")
+    cautions, left_out = [ModelCaution(**r) for r in summary["warnings"]], [LeftOut(**r) for r in summary["left_out"]]
+    say_each(map(": ".join, together(cautions, "text")), "  warning recordings-left-out: ")
+    say_each(map(": ".join, together(left_out, "reason")), "  left out ")
     if summary["kept"]:
         say(f"  of earlier comparisons, in the table as they were: {', '.join(summary['kept'])}")
-    for name, reason in summary["dropped"].items():
-        say(f"  no longer in the table: {name}: {reason}")
+    say_each(map(": ".join, summary["dropped"].items()), "  no longer in the table: ")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
     conclude(in_one_line.compare_models(summary))
 
@@ -303,10 +296,7 @@ def discover(summary: Summary, work: Path) -> None:
     _notes(summary)
     for line in other_law_sentences(found):
         say(f"  Nearer: {line} --work {work}" if "mrfit discover" in line else f"  {line}")
-    for line in sentences(found):
-        say(f"  {line}")
-    for line in found.where_text[1:]:
-        say(f"  {line}")
+    say_each([*sentences(found), *found.where_text[1:]])
     shown = [
         [e.name, p.name, p.value, p.interval, percent(e.holdout_nrmse_before), percent(e.holdout_nrmse_after)]
         for e in found.effects
@@ -339,8 +329,7 @@ def advise(summary: Summary) -> None:
         "insufficient-data": "To reach a verdict:",
     }
     say(opening.get(summary["verdict"], "What would help:"))
-    for line in summary["advice"]:
-        say(f"  {line}")
+    say_each(summary["advice"])
 
 
 def report(summary: Summary, work: Path) -> None:
@@ -445,8 +434,7 @@ def dataset(summary: Summary) -> None:
     names = ("name", "size", "state", "sha256")
     shown = [numbers({**f, "size": _megabytes(f["bytes"])}, names) for f in summary["files"]]
     print_table(f"{summary['name']} in {summary['folder']}", ("file", "size", "what was done", "SHA-256"), shown)
-    for note in summary["notes"]:
-        say(f"  {note}")
+    say_each(summary["notes"])
     say(f"Licence: {summary['licence']}. Cite: {summary['cite']}")
     say(f"Next: {summary['next']}")
 

@@ -45,8 +45,7 @@ def plot(
 def _show(summary: "dict[str, list[str]]", found: "Sequence[Signals]") -> None:
     for one in found:
         console.say(f"  {one.recording.id}: {', '.join(s.condition for s in one.segments) or 'not cut'}")
-        for text in (*one.said, *_texts(one)):
-            console.say(f"    {text}")
+        console.say_each([*one.said, *_texts(one)], "    ")
     conclude(summary["files"])
 
 

@@ -77,12 +77,9 @@ def show(found: "SheetFile") -> None:
         )
     if found.changes:
         _print(change_table(found, ROWS_LISTED))
-    for name in found.unmatched:
-        console.say(f"  in one of the two only: {name}")
-    for text in notes_of([row for unit in found.units for row in unit.conditions]):
-        console.say(f"  note: {text}")
-    for text in found.left_out:
-        console.say(f"  left out: {text}")
+    console.say_each(found.unmatched, "  in one of the two only: ")
+    console.say_each(notes_of([row for unit in found.units for row in unit.conditions]), "  note: ")
+    console.say_each(found.left_out, "  left out: ")
     console.say(f"Sign: {found.convention}")
     console.conclude(f"Sheet: {summary_of(found)}; {', '.join(found.files)}")
 

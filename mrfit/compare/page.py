@@ -2,22 +2,13 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Protocol
 
 from mrfit.compare.figures import convergence, error_map
-from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
+from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelRow, ModelsFile, OptimizersFile
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.ranking import has_diverged
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script, render
 from mrfit.report.svg import inline
-
-
-class ModelNote(Protocol):
-    """Row about a model."""
-
-    @property
-    def model(self) -> str:
-        """Its name."""
 
 
 def labels(rows: Sequence[ModelRow]) -> dict[str, str]:
@@ -26,7 +17,7 @@ def labels(rows: Sequence[ModelRow]) -> dict[str, str]:
     return {row.fit: row.model if count[row.output, row.model] == 1 else row.fit for row in rows}
 
 
-def together(rows: Sequence[ModelNote], what: str) -> list[tuple[str, str]]:
+def together(rows: Sequence[ModelCaution | LeftOut], what: str) -> list[tuple[str, str]]:
     """Return (models by commas, text) once for every text, the attribute ``what``, that rows of models share."""
     texts = dict.fromkeys(str(getattr(row, what)) for row in rows)
     named = {text: dict.fromkeys(row.model for row in rows if getattr(row, what) == text) for text in texts}
