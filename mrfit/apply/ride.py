@@ -13,6 +13,7 @@ from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
 from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core import registry
+from mrfit.core.grouping import grouped
 from mrfit.core.progress import Progress, silent
 from mrfit.io.schemas import apply as schemas
 from mrfit.settings.apply import Amplifier
@@ -133,11 +134,8 @@ def _branches(damper: Damper) -> bool:
 
 def _chatter_in_words(rows: Sequence[schemas.RideRow], branches: bool) -> list[str]:
     """Return a sentence on every cause of chatter and limit cycles, with its rides."""
-    alike: dict[tuple[str, bool, bool, bool], list[schemas.RideRow]] = {}
-    for row in rows:
-        one = row.chatter
-        if one.found or one.limit_cycle:
-            alike.setdefault((one.cause, row.lag, one.found, bool(one.limit_cycle)), []).append(row)
+    odd = [(row.chatter, row) for row in rows if row.chatter.found or row.chatter.limit_cycle]
+    alike = grouped(((one.cause, row.lag, one.found, bool(one.limit_cycle)), row) for one, row in odd)
     return [
         f"{_rides(some)} {' and '.join(_kinds(some))}. Cause: {_cause(cause, branches)}."
         for (cause, *_), some in alike.items()
@@ -145,9 +143,7 @@ def _chatter_in_words(rows: Sequence[schemas.RideRow], branches: bool) -> list[s
 
 
 def _rides(rows: Sequence[schemas.RideRow]) -> str:
-    by_road: dict[str, list[str]] = {}
-    for row in rows:
-        by_road.setdefault(row.road, []).append(row.control)
+    by_road = grouped((row.road, row.control) for row in rows)
     text = "; ".join(f"{', '.join(controls)} on {road}" for road, controls in by_road.items())
     return text + ("" if rows[0].lag else ", without lag")
 

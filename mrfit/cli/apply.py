@@ -8,6 +8,7 @@ import typer
 
 from mrfit.cli import console, names
 from mrfit.cli.options import CommandAnswer, Only, Work, options
+from mrfit.core.grouping import grouped
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest, shared
@@ -248,10 +249,8 @@ def _print_tracking(summary: "TrackFile") -> None:
 
 
 def _lag_words(summary: "TrackFile") -> list[str]:
-    by_scheme: dict[str, list[tuple[float, float]]] = {}
-    for r in summary.lag_costs:
-        if r.error is not None and r.without_lag is not None:
-            by_scheme.setdefault(r.scheme, []).append((r.error, r.without_lag))
+    costs = ((r.scheme, r.error, r.without_lag) for r in summary.lag_costs)
+    by_scheme = grouped((name, (a, b)) for name, a, b in costs if a is not None and b is not None)
     return [
         f"The lag costs {name}: rms error {sum(a for a, _ in some) / len(some):.3g} of the force, mean of all laws, "
         f"{sum(b for _, b in some) / len(some):.3g} without lag"

@@ -11,6 +11,7 @@ from mrfit.cli import summary as in_one_line
 from mrfit.cli.console import VERBOSITY, conclude, numbers, outdated_line, print_table, say, say_each
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import number_of
+from mrfit.core.grouping import grouped
 from mrfit.errors import ConfigError, near, unknown_name
 
 if TYPE_CHECKING:
@@ -53,9 +54,7 @@ def _refused(summary: Summary) -> None:
 
 def _say_once(findings: Iterable[str]) -> None:
     """Say each fault once, of findings ``LOG: TEXT``: the first log that has it, and how many more do."""
-    faults: dict[str, list[str]] = {}
-    for finding in findings:
-        faults.setdefault(NUMBER.sub("#", finding.partition(": ")[2] or finding), []).append(finding)
+    faults = grouped((NUMBER.sub("#", f.partition(": ")[2] or f), f) for f in findings)
     for found in faults.values():
         log, colon, text = found[0].partition(": ")
         more = len({one.partition(": ")[0] for one in found}) - 1
@@ -110,10 +109,7 @@ def preview(rows: "Sequence[Preview]") -> None:
         if row.oddities:
             say(f"  {row.source}: {row.oddities}")
     _say_unnamed([(r.source, [c.split(" (")[0] for c in r.channels.split(", ")]) for r in read])
-    remedies: dict[str, list[Preview]] = {}
-    for row in rows:
-        if row.reader == "refused":
-            remedies.setdefault(row.remedy, []).append(row)
+    remedies = grouped((row.remedy, row) for row in rows if row.reader == "refused")
     for remedy, refused in remedies.items():
         say_each(f"refused {row.source}: {row.oddities}" for row in refused)
         say(f"    to read {'it' if len(refused) == 1 else f'these {len(refused)}'}: {remedy}")

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.special import ndtr, stdtrit
 
 from mrfit.core.counting import number_of
+from mrfit.core.grouping import grouped
 from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
 from mrfit.drift.population import PIVOT_DRAWS, UNITS_NEEDED, Population, odd_units, population
@@ -147,9 +148,7 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
 
 def _trends(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[Trend]:
     """Yield the tests by condition and parameter, with the covariates that move among them."""
-    groups: dict[tuple[str, str, bool], list[FitValue]] = {}
-    for one in values:
-        groups.setdefault((one.condition, one.parameter, one.log_scale), []).append(one)
+    groups = grouped(((one.condition, one.parameter, one.log_scale), one) for one in values)
     for (condition, parameter, _), rows in groups.items():
         columns = columns_of(rows, over)
         whole = np.asarray(np.isfinite(columns).all(axis=1))

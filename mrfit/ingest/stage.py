@@ -12,6 +12,7 @@ from pathlib import Path
 
 from mrfit.core import temporary
 from mrfit.core.counting import number_of
+from mrfit.core.grouping import grouped
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
@@ -52,11 +53,9 @@ def part_duplicates(
     Of a copy are said ``source``, ``of``, and whether it is ``read`` all the same, because its name states another
     condition or it is read with other settings.
     """
-    logs: dict[str, list[_Log]] = {}
     here = {before.source(item) for item, _ in plan}
-    for row in before.summary.recordings:
-        if row.source not in here:
-            logs.setdefault(row.sha256, []).append(_Log(row.source, before.keys.get(row.source)))
+    elsewhere = [row for row in before.summary.recordings if row.source not in here]
+    logs = grouped((row.sha256, _Log(row.source, before.keys.get(row.source))) for row in elsewhere)
     copies, changed = [], set()
     # what the workspace knows already stays the one that is read
     for item, key in sorted(plan, key=lambda pair: not before.ids(before.source(pair[0]))):

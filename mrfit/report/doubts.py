@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mrfit.core.grouping import grouped
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
 from mrfit.report.source import ReportSource
@@ -48,11 +49,8 @@ def doubts(fit: Fit, source: ReportSource) -> list[Doubt]:
     """Return the findings on channels that a fit used, one row for each kind and channel."""
     used = _recordings(fit, source)
     channels = {"", fit.output, *fit.inputs}
-    found: dict[tuple[str, str], list[tuple[str, str]]] = {}
-    for about in used:
-        for finding in about.findings:
-            if finding.kind in PHYSICAL and finding.channel in channels:
-                found.setdefault((finding.kind, finding.channel), []).append((about.id, finding.text))
+    some = [(a, f) for a in used for f in a.findings if f.kind in PHYSICAL and f.channel in channels]
+    found = grouped(((f.kind, f.channel), (a.id, f.text)) for a, f in some)
     rows = []
     for (kind, _), where in sorted(found.items(), key=lambda item: PHYSICAL.index(item[0][0])):
         count = len({name for name, _ in where})

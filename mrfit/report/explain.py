@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from mrfit.core import registry
+from mrfit.core.grouping import grouped
 from mrfit.io.schemas.discovery import Candidate, DiscoveryFile, FoundEffect, Suspect
 from mrfit.io.schemas.fit import DriftRow
 from mrfit.report.curves import prefixed
@@ -91,10 +92,8 @@ def takes_of(found: DiscoveryFile, row: Candidate) -> tuple[float | None, str, s
 
 def unjudged(found: DiscoveryFile) -> list[str]:
     """Return the effects that the data cannot show, with reasons; nothing where named effects explain all."""
-    reasons: dict[str, list[str]] = {}
-    for c in found.candidates:
-        if c.reason.startswith(UNJUDGED):
-            reasons.setdefault(c.reason.removeprefix(UNJUDGED).lstrip(": "), []).append(c.name)
+    some = [c for c in found.candidates if c.reason.startswith(UNJUDGED)]
+    reasons = grouped((c.reason.removeprefix(UNJUDGED).lstrip(": "), c.name) for c in some)
     if found.verdict == "named" or not reasons:
         return []
     return [f"Cannot be judged: {'; '.join(f'{listed(names)} ({why})' for why, names in reasons.items())}."]

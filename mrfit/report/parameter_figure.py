@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.grouping import grouped
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -77,10 +78,7 @@ def parameters(fits: Sequence[Fit], segments: Sequence[Segment], over: str, widt
 
 
 def _lines(fits: Sequence[Fit], segments: Sequence[Segment], over: str) -> dict[str, list[_Line]]:
-    warmth: dict[str, list[float]] = {}
-    for s in segments:
-        if np.isfinite(s.temperature):
-            warmth.setdefault(s.condition, []).append(s.temperature)
+    warmth = grouped((s.condition, s.temperature) for s in segments if np.isfinite(s.temperature))
     found: dict[str, list[_Line]] = {}
     for fit in fits:
         lines = _joint(fit) if len(fit.results) == 1 and over == "current" else _by_condition(fit, over, warmth)
@@ -194,9 +192,6 @@ def _place(result: Result, over: str, warmth: Mapping[str, Sequence[float]]) -> 
 def _joint(fit: Fit) -> dict[str, list[_Line]]:
     """Return the parameters of a joint fit that depend on current, with the model's curve and its bands."""
     bands = {band.name: band for band in fit.results[0].bands}
-    found: dict[str, list[tuple[float, Quantity]]] = {}
-    for q in fit.results[0].parameters:
-        node = node_of(q.name)
-        if node is not None and base_name(q.name) in bands:
-            found.setdefault(base_name(q.name), []).append((node.current, q))
+    nodes = ((q, node) for q in fit.results[0].parameters if (node := node_of(q.name)) is not None)
+    found = grouped((base_name(q.name), (node.current, q)) for q, node in nodes if base_name(q.name) in bands)
     return {n: [_Line("", [i for i, _ in own], [q for _, q in own], bands[n])] for n, own in found.items()}

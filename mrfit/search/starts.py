@@ -12,6 +12,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.counting import few
+from mrfit.core.grouping import grouped
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import ConfigError
 from mrfit.optimizers import multistart
@@ -64,10 +65,7 @@ def data_starts(
     """
     taken = {base_name(name) for name in given}
     levels = levels_of(b.segment for b in blocks) if dependence else []
-    found: dict[float, list[dict[str, float]]] = {}
-    for block in blocks:
-        level = level_of(block.segment, levels) if dependence else 0.0
-        found.setdefault(level, []).append(start_values_of(block, base))
+    found = grouped((level_of(b.segment, levels) if dependence else 0.0, start_values_of(b, base)) for b in blocks)
     levels = sorted(level for level in found if np.isfinite(level))
     medians = [{n: float(np.median([v[n] for v in found[i] if n in v])) for n in _named(found[i])} for i in levels]
     names = [n for n in base.spec.names if n not in taken and medians and all(n in m for m in medians)]

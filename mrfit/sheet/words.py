@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 
 from mrfit.core.counting import number_of
+from mrfit.core.grouping import grouped
 from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, VerdictRow
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant, unit_html, with_interval
@@ -76,10 +77,7 @@ def change_text(row: ChangeRow) -> str:
 
 def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:
     """Return the notes on conditions; of those that differ in numbers alone the longest, with their count."""
-    notes: dict[str, list[tuple[str, str]]] = {}
-    for condition in conditions:
-        for text in condition.findings:
-            notes.setdefault(_kind(text), []).append((condition.condition, text))
+    notes = grouped((_kind(text), (one.condition, text)) for one in conditions for text in one.findings)
     said = []
     for rows in notes.values():
         name, text = max(rows, key=lambda row: len(row[1]))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.grouping import grouped
 from mrfit.core.recording import LEAD_IN, Segment
 from mrfit.signal.noise import LONG_SEGMENT
 from mrfit.signal.smoothing import FITTED_CYCLES
@@ -64,9 +65,7 @@ def spread_over(segments: Sequence[Segment], most: Sequence[int]) -> list[int]:
     most
         How many pieces, spread over its segment, may stand for that of each.
     """
-    members: dict[tuple[str, str], list[int]] = {}
-    for place, segment in enumerate(segments):
-        members.setdefault((segment.id, segment.role), []).append(place)
+    members = grouped(((segment.id, segment.role), place) for place, segment in enumerate(segments))
     chosen: list[int] = []
     for places in members.values():
         count = min(max(most[k] for k in places), len(places))

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.core.channels import FAST_INPUTS
+from mrfit.core.grouping import grouped
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.noise import noise_level
@@ -36,9 +37,7 @@ def repeats_floor(
         Output over each segment, (N,).
     """
     found: list[NoiseFloor | None] = []
-    members: dict[str, list[int]] = {}
-    for k, segment in enumerate(segments):
-        members.setdefault(segment.condition, []).append(k)
+    members = grouped((segment.condition, k) for k, segment in enumerate(segments))
     for k, segment in enumerate(segments):
         others = _spread([j for j in members[segment.condition] if j != k], k)
         powers = [_difference(segment, segments[j], recordings, (outputs[k], outputs[j])) for j in others]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.counting import few
+from mrfit.core.grouping import grouped
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -176,9 +177,7 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     if not arrays.signals:
         raise Refusal(source.head.path, "no numeric array of two or more numbers", "save the signals as vectors")
     order = {name: k for k, name in enumerate(arrays.signals)}
-    groups: dict[int, list[str]] = {}
-    for name, values in arrays.signals.items():
-        groups.setdefault(len(values), []).append(name)
+    groups = grouped((len(values), name) for name, values in arrays.signals.items())
     wanted = source.rules.time.column if source.rules.time else None
     times = {size: _time(names, arrays, wanted, order) for size, names in groups.items()}
     timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
