@@ -152,8 +152,7 @@ def history_figures(fit: Fit, series: Sequence[OutputSeries]) -> list["Grid"]:
     """Return drawings of measured and simulated output against time over two cycles of every condition."""
     cut = [s.time[shown_cycles(s)] for s in series]
     seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
-    scale = output_unit(fit)
-    factor, unit = scale.factor, scale.unit
+    factor, unit = output_unit(fit)
 
     def draw(axes: "Axes", one: OutputSeries, points: int) -> None:
         window = shown_cycles(one)
@@ -183,8 +182,7 @@ def draw_band(axes: "Axes", one: OutputSeries, seconds: float, factor: float) ->
 def loop_figures(fit: Fit, series: Sequence[OutputSeries], channel: str) -> list["Grid"]:
     """Return drawings of output against one input channel over two cycles of every condition."""
     across, across_unit = scale_of([s.inputs[channel] for s in series], channel)
-    scale = output_unit(fit)
-    factor, unit = scale.factor, scale.unit
+    factor, unit = output_unit(fit)
 
     def draw(axes: "Axes", one: OutputSeries, points: int) -> None:
         window = shown_cycles(one)
@@ -204,8 +202,7 @@ def loop_figures(fit: Fit, series: Sequence[OutputSeries], channel: str) -> list
 def residual_figures(fit: Fit, series: Sequence[OutputSeries]) -> list["Grid"]:
     """Return drawings of measured minus simulated output over all of every condition; a band is the noise floor."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
-    scale = output_unit(fit)
-    factor, unit = scale.factor, scale.unit
+    factor, unit = output_unit(fit)
     floors: dict[tuple[str, str], float] = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
 
     def draw(axes: "Axes", one: OutputSeries, points: int) -> None:
@@ -244,8 +241,7 @@ def convergence_figure(fit: Fit) -> Figure:
     curves = {r.condition: _descent(r)[1] for r in fit.results if len(_descent(r)[1])}
     shown = _some_of(curves)
     before = {r.condition: _descent(r)[0] for r in fit.results if len(_descent(r)[1]) and len(_descent(r)[0])}
-    scale = output_unit(fit)
-    factor, unit = scale.factor, scale.unit
+    factor, unit = output_unit(fit)
     few = len(shown) <= len(PALETTE)
     points = CURVE_POINTS if few else max(CURVE_POINTS // len(shown), 20)
     lines = []

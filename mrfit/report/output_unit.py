@@ -1,15 +1,14 @@
 """The one unit in which a page, its figures and its sentences give a fit's output and every error of it."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant
 
 
-@dataclass(frozen=True)
-class OutputUnit:
+class OutputUnit(NamedTuple):
     """A unit with a prefix.
 
     Attributes
