@@ -133,5 +133,4 @@ def between_samples(values: Array) -> Array:
     taps = PER_SAMPLE * firwin(2 * _SINC_SAMPLES * PER_SAMPLE + 1, 1.0 / PER_SAMPLE, window=_SINC_WINDOW)
     found = upfirdn(taps, np.concatenate([ends[0], values, ends[1]]), PER_SAMPLE)
     first = (_SINC_SAMPLES + pad) * PER_SAMPLE
-    fine: Array = found[first : first + (len(values) - 1) * PER_SAMPLE + 1]
-    return fine
+    return found[first : first + (len(values) - 1) * PER_SAMPLE + 1]

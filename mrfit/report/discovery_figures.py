@@ -175,8 +175,7 @@ def _rms_map(drive: Array, output: Array, residual: Array) -> Array:
     counts, *_ = np.histogram2d(drive, output, CELLS, bounds)
     power, *_ = np.histogram2d(drive, output, CELLS, bounds, weights=residual**2)
     with np.errstate(invalid="ignore", divide="ignore"):
-        values: Array = np.sqrt(power / counts)
-    return values
+        return np.sqrt(power / counts)
 
 
 def _titles(discovery: Discovery) -> tuple[str, str]:

@@ -49,8 +49,7 @@ def correlated(values: Array, kernel: Array) -> Array:
 def autocorrelation(values: Array) -> Array:
     """Return the sums of products of a series with itself (N,), from the lag 0 on; there is nothing beyond its ends."""
     spectrum = np.fft.rfft(values, 2 * len(values))
-    products: Array = np.fft.irfft(np.abs(spectrum) ** 2)[: len(values)]
-    return products
+    return np.fft.irfft(np.abs(spectrum) ** 2)[: len(values)]
 
 
 def correlation_time(series: Array, least: float) -> float:

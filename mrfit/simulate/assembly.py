@@ -299,8 +299,7 @@ class _Chain:
             changed[row] = channel
             return self._around(inner, point, changed, parts, dt)
 
-        output: Array = cast(protocols.ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
-        return output
+        return cast(protocols.ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
 
     def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))

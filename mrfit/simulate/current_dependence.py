@@ -147,8 +147,7 @@ class CurrentDependence:
 def coordinate(current: Array, ends: Sequence[float] | Array, form: str) -> Array:
     """Return the variable in A of a form's polynomial at currents (N,): the current, or ``i_k tanh(i/i_k)``."""
     knee = knee_of(form, ends)
-    coordinate: Array = knee * np.tanh(current / knee) if knee else current
-    return coordinate
+    return knee * np.tanh(current / knee) if knee else current
 
 
 def knee_of(form: str, ends: Sequence[float] | Array) -> float:
@@ -433,8 +432,7 @@ def _nearest(dependence: CurrentDependence, order: Order, currents: Array, value
         above[:, other.columns] = _lagrange(nodes, at).T
         rows.append(above)
         targets.append(values[at_break])
-    found: Array = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
-    return found
+    return np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:

@@ -36,5 +36,4 @@ def halved(dt: Steps) -> Steps:
     """Return the interval of what is twice as near in s, of one number or of uneven steps (N,)."""
     if not isinstance(dt, np.ndarray):
         return 0.5 * dt
-    steps: Array = np.repeat(0.5 * dt, 2)[1:]
-    return steps
+    return np.repeat(0.5 * dt, 2)[1:]

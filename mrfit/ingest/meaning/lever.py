@@ -33,13 +33,11 @@ def levered(signals: list[Signal], rules: Rules, path: str) -> list[Signal]:
 
     def angle(x: Array) -> Array:
         with np.errstate(invalid="ignore"):
-            found: Array = np.arcsin(x / length)
-        return found
+            return np.arcsin(x / length)
 
     def torque(x: Array, f: Array) -> Array:
         with np.errstate(invalid="ignore", over="ignore"):
-            found: Array = f * length * np.sqrt(1.0 - (x / length) ** 2)
-        return found
+            return f * length * np.sqrt(1.0 - (x / length) ** 2)
 
     if beyond := series.count(lambda x: np.abs(x) >= length, stroke.values):
         what = f"the displacement is as long as the lever of {length:g} m, or longer, in {beyond} rows"
