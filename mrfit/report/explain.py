@@ -57,7 +57,7 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
     rows = [DriftRow(**d.model_dump()) for d in found.drift]
     drift = [_sentence(drift_words(rows))] if rows else []
     if found.verdict == "insufficient-data":
-        return [_sentence(text) for text in found.advice] + drift
+        return [_sentence(text) for text in found.advice] + drift + left_out(found)
     said = list(beside) if found.held else [_sentence(text) for text in found.where_text[:1]]
     said += [_gap(found), *_plain(found)]
     rest = found.unexplained
@@ -72,7 +72,7 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
         said.append(_partial(found))
     if not found.held:
         said += beside
-    return said + drift + unjudged(found)
+    return said + drift + unjudged(found) + left_out(found)
 
 
 def takes_of(found: DiscoveryFile, row: Candidate) -> tuple[float | None, str, str]:
@@ -97,6 +97,11 @@ def unjudged(found: DiscoveryFile) -> list[str]:
     if found.verdict == "named" or not reasons:
         return []
     return [f"Cannot be judged: {'; '.join(f'{listed(names)} ({why})' for why, names in reasons.items())}."]
+
+
+def left_out(found: DiscoveryFile) -> list[str]:
+    """Return the work that a discovery left out, so as not to take long; nothing where it did all."""
+    return [f"Left out, as it takes long: {'; '.join(found.left_out)}."] if found.left_out else []
 
 
 def _partial(found: DiscoveryFile) -> str:

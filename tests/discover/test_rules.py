@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -166,6 +167,14 @@ def of_parameters(count: int) -> Rule:
     return lambda p: laws.suits(spec, "force", {"displacement", "velocity"}, p)
 
 
+def slow(base: str, samples: int) -> Rule:
+    """Whether Spencer's law is too much work beside a base."""
+    own = [SimpleNamespace(segment=SimpleNamespace(samples=samples))]
+    bench = SimpleNamespace(channels={"displacement", "velocity"}, of_role=lambda role: own)
+    fitter, fit = SimpleNamespace(base=base, bench=bench), SimpleNamespace(assembly=assemble(base))
+    return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)
+
+
 def _selected(after: float, before: float) -> Selection:
     base, final = fit(before), fit(after, "a")
     return Selection(base, final, final, EffectScreening(base), verdict="named")
@@ -279,6 +288,8 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "no_curve": (shape(0.004, 0.5, "a curve over it nothing"), shape(0.006, 0.5, "a curve over it nothing")),
     "region_told": (region(0.03), region(0.01)),
     "most_said": (region(0.1, 3), region(0.1, 4)),
+    # a law that is not stepped is no work
+    "most_work": (slow("boucwen", 20_000), slow("tanh", 20_000)),
     "extrapolates": (
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.2)), p)),
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.05)), p)),

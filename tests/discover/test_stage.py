@@ -14,6 +14,7 @@ import mrfit.segment.stage
 from mrfit.core.progress import silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.discover import stage
+from mrfit.discover.evidence import plain_fit
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.stage import Currents, Settings, _fitter, run, with_steady_loops
 from mrfit.discover.writing.result import DiscoveryRequest
@@ -58,6 +59,21 @@ def test_plain_errors_are_those_that_fits_of_the_same_models_state(tmp_path: Pat
     assert found.gap.plain_before == before and found.gap.plain_after == pytest.approx(after, rel=1e-3)
     assert found.gap.plain_after < 0.5 * found.gap.plain_before
     assert "Plain errors" in " ".join(sentences(found))
+
+
+def test_plain_errors_that_take_long_are_left_out_and_that_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = workspace(tmp_path)
+    data = Dataset(study.read_segments(), load_recordings(study, study.read_segments()))
+    monkeypatch.setattr(plain_fit, "STANDARD", replace(STANDARD, most_work=1))
+    for model, said in (
+        ("boucwen", ["Left out, as it takes long: plain errors, which `mrfit fit` states."]),
+        ("tanh", []),
+    ):
+        asked = stage.insufficient(DiscoveryRequest(model, 0, "", "k"), "too few")
+        found = plain_fit.with_plain_errors(asked, {}, study, Settings(model), data)
+        assert (found.gap.plain_before is None) == bool(said) and sentences(found)[1:] == said
 
 
 def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:

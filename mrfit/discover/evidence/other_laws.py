@@ -12,18 +12,33 @@ from mrfit.core import registry
 from mrfit.core.specs import ModelSpec
 from mrfit.discover.evidence.fixed_effects import refitted, with_held
 from mrfit.discover.evidence.refit import Fitter, Refit
+from mrfit.discover.evidence.work import work_of
 from mrfit.discover.policy import Policy
 from mrfit.discover.writing.findings import gap_of
 from mrfit.errors import MrfitError, Unreachable
 from mrfit.io.schemas.discovery import DiscoveryFile, OtherLaw
+from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
 Dependence = Callable[[str], CurrentDependence | None]
 """How the parameters of a model depend on current, by its name."""
 
 
+def slow_laws(fitter: Fitter, base: Refit, dependence: Dependence, policy: Policy) -> tuple[str, ...]:
+    """Return the other bases that are too much work beside the base's own."""
+    samples = sum(s.segment.samples for s in fitter.bench.of_role("train"))
+    own = work_of(base.assembly, samples)
+    names = candidates(fitter, base.assembly.spec.output, policy)
+    return tuple(n for n in names if own + work_of(assemble(n, dependence(n)), samples) > policy.most_work)
+
+
 def other_laws(
-    fitter: Fitter, base: Refit, held: Mapping[str, float], dependence: Dependence, policy: Policy
+    fitter: Fitter,
+    base: Refit,
+    held: Mapping[str, float],
+    dependence: Dependence,
+    policy: Policy,
+    left_out: Collection[str] = (),
 ) -> tuple[OtherLaw, ...]:
     """Return the other bases with their shares of a base's gap.
 
@@ -39,9 +54,11 @@ def other_laws(
         How parameters of other bases depend on current.
     policy
         How many are fitted and told of.
+    left_out
+        Bases that are not fitted.
     """
     laws = []
-    for name in candidates(fitter, base.assembly.spec.output, policy):
+    for name in (n for n in candidates(fitter, base.assembly.spec.output, policy) if n not in left_out):
         try:
             laws.append(_law(_Question(fitter, base, held, policy), name, dependence(name)))
         except Unreachable:

@@ -11,7 +11,7 @@ from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, effects_for
 from mrfit.discover.evidence.fixed_effects import refitted, with_held
 from mrfit.discover.evidence.gather import SimulatedEvidence
-from mrfit.discover.evidence.other_laws import Dependence, better_alone, other_laws, worth_telling
+from mrfit.discover.evidence.other_laws import Dependence, better_alone, other_laws, slow_laws, worth_telling
 from mrfit.discover.evidence.refit import Fitter, Refit
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
@@ -69,9 +69,10 @@ def beside_open_law(
         without = {n: _without(fitter, base, held, n) for n in combined.named}
         found = with_gap(found, gap_of(fitter.bench, base, after), without)
     if not examined.not_applicable and (combined.law_may_be_off or chosen.final.effects):
-        laws = other_laws(fitter, base, held, dependence, policy)
+        slow = slow_laws(fitter, base, dependence, policy)
+        laws = other_laws(fitter, base, held, dependence, policy, slow)
         told = worth_telling(laws, policy) if combined.law_may_be_off else better_alone(found, laws, policy)
-        found = with_laws(found, told)
+        found = with_laws(found, told, slow)
     return OpenLawResult(found, after)
 
 

@@ -107,9 +107,12 @@ def with_gap(found: DiscoveryFile, gap: Gap, without: Mapping[str, float | None]
     return found.model_copy(update={"gap": gap, "effects": effects, "unexplained": unexplained})
 
 
-def with_laws(found: DiscoveryFile, laws: tuple[OtherLaw, ...]) -> DiscoveryFile:
-    """Return a discovery that tells of other laws."""
-    return found.model_copy(update={"other_laws": laws})
+def with_laws(found: DiscoveryFile, laws: tuple[OtherLaw, ...], left_out: tuple[str, ...] = ()) -> DiscoveryFile:
+    """Return a discovery that tells of other laws, and of those that were not fitted."""
+    told: dict[str, object] = {"other_laws": laws}
+    if left_out:
+        told["left_out"] = (*found.left_out, f"fits of other laws that are slow to simulate ({', '.join(left_out)})")
+    return found.model_copy(update=told)
 
 
 def with_another_base(found: DiscoveryFile, again: DiscoveryFile) -> DiscoveryFile:

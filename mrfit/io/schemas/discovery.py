@@ -522,6 +522,7 @@ class DiscoveryFile(Stored):
     invariance: Examination | None = None
     ways: Ways | None = None
     other_laws: tuple[OtherLaw, ...] = ()
+    left_out: tuple[str, ...] = ()
     other_base: OtherBase | None = None
     proposed: ProposedFormula | None = None
     lacking: LawRepair | None = None
