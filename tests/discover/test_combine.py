@@ -167,8 +167,28 @@ def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(v
         errors = LawErrors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=left, open=0.01)
         found = combine(chosen, LawFindings(errors=errors), STANDARD, noisy=True)
         assert (found.verdict, found.taken_back) == ((verdict, False) if believed else ("unexplained", True))
-        open_ = combine(chosen, LawFindings(errors=errors, named=(effect("s"),)), STANDARD, noisy=True)
-        assert (open_.named == ("s",)) is not believed
+        same = combine(chosen, LawFindings(errors=errors, named=(effect("a"),)), STANDARD, noisy=True)
+        assert same.law_is_open is not believed
+
+
+def test_by_a_guessed_floor_a_base_is_exact_only_if_an_examination_confirms_its_effects() -> None:
+    errors = LawErrors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=0.01, open=0.01)
+    any_law = (Confounded(name="b", reason="it breaks no invariance: any law may have it", test=""),)
+    for effects, named, believed in (
+        (("a",), ("a",), True),
+        (("a", "c"), ("a",), True),
+        # one that it cannot judge, alone and beside one that stands whatever the law is
+        (("b",), (), True),
+        (("a", "b"), ("a",), False),
+        # an effect that the base lacks
+        (("a",), ("s",), False),
+        (("a",), ("a", "s"), False),
+    ):
+        examined = LawFindings(errors=errors, named=tuple(map(effect, named)), confounded=any_law)
+        for told in (False, True):
+            found = combine(exact("named", *effects, left=1.1), examined, STANDARD, noisy=True, told=told)
+            assert found.named == (effects if believed or told else named)
+            assert found.law_is_open is not (believed or told)
 
 
 @pytest.mark.parametrize("measured", [False, True])

@@ -157,14 +157,13 @@ def combine(
         The thresholds.
     noisy
         Whether the base with its effects leaves little more than a floor, see ``leaves_noise``. It is believed if it
-        leaves as little as the best law whatever it is, or next to nothing of a gap that is told.
+        leaves as little as the best law whatever it is, or next to nothing of a gap that is told; by floors that are
+        not told only if the examination confirms it.
     told
         Whether no floor can hold the error of a law, see ``Floors``: a gap above it then is one.
     """
     exact = CombinedResult(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable or chosen.verdict == "none":
-        return exact
-    if noisy and (_as_good_as_any_law(examined, policy) or (told and closes_the_gap(chosen, policy))):
         return exact
     shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
     hidden = {s.name for s in shadows}
@@ -173,6 +172,9 @@ def combine(
         for n in examined.named
         if n.name not in hidden
     )
+    alike = _as_good_as_any_law(examined, policy) and (told or _confirmed(chosen, examined, standing))
+    if noisy and (alike or (told and closes_the_gap(chosen, policy))):
+        return exact
     if not standing:
         back = bool(chosen.final.effects)
         verdict = "unexplained" if back else exact.verdict
@@ -187,6 +189,18 @@ def combine(
         shadows=shadows,
         difference=_difference(chosen, clear, sets),
     )
+
+
+def _confirmed(chosen: Selection, examined: LawFindings, standing: Sequence[InvariantEffect]) -> bool:
+    """Return whether the effects of a base are those of an examination, which has none or these.
+
+    A base that lacks one of them is not exact. Beside them, what any law may have may be the law's own error.
+    """
+    known = {*chosen.named, *chosen.ambiguous_set}
+    untried = {c.name for c in examined.confounded}
+    names = {n for effect in standing for n in (effect.name, *effect.one_of)}
+    lacking = any(not known & {n.name, *n.one_of} for n in standing)
+    return not standing or not (lacking or (set(chosen.named) - names) & untried)
 
 
 def closes_the_gap(chosen: Selection, policy: Policy) -> bool:
