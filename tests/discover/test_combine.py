@@ -191,6 +191,19 @@ def test_by_a_guessed_floor_a_base_is_exact_only_if_an_examination_confirms_its_
             assert found.law_is_open is not (believed or told)
 
 
+@pytest.mark.parametrize(("left", "known"), [(0.01, True), (0.03, False)])
+def test_a_base_as_good_as_any_law_tells_an_effect_from_what_any_law_may_have(left: float, known: bool) -> None:
+    errors = LawErrors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=left, open=0.01)
+    any_law = tuple(Confounded(name=n, reason="any law may have it", test="") for n in ("late", "b"))
+    lag = effect("lag", Invariance.CURRENT, "late", "slow")
+    examined = LawFindings(errors=errors, named=(lag,), confounded=any_law)
+    found = combine(exact("named", "lag", "b", left=1.1), examined, STANDARD, noisy=True)
+    assert found.ambiguous == ((("lag", "slow") if known else ("lag", "late", "slow")),)
+    if known:
+        both = combine(exact("named", "lag", "late", left=1.1), examined, STANDARD, noisy=True)
+        assert both.named == ("lag", "late") and not both.law_is_open
+
+
 @pytest.mark.parametrize("measured", [False, True])
 def test_no_examination_overrules_a_base_that_lacks_nothing(measured: bool) -> None:
     assert not worth_examining(exact("none"), Floors(1.0, measured), STANDARD)

@@ -166,14 +166,15 @@ def combine(
     if examined is None or examined.not_applicable or chosen.verdict == "none":
         return exact
     shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
-    hidden = {s.name for s in shadows}
+    hidden, as_good = {s.name for s in shadows}, noisy and _as_good_as_any_law(examined, policy)
     standing = tuple(
-        n.model_copy(update={"one_of": _partners(chosen, examined, n, policy)})
+        n.model_copy(update={"one_of": _partners(chosen, examined, n, policy, as_good)})
         for n in examined.named
         if n.name not in hidden
     )
-    alike = _as_good_as_any_law(examined, policy) and (told or _confirmed(chosen, examined, standing))
-    if noisy and (alike or (told and closes_the_gap(chosen, policy))):
+    if as_good and (told or _confirmed(chosen, examined, standing)):
+        return exact
+    if noisy and told and closes_the_gap(chosen, policy):
         return exact
     if not standing:
         back = bool(chosen.final.effects)
@@ -212,13 +213,18 @@ def closes_the_gap(chosen: Selection, policy: Policy) -> bool:
     return after <= policy.examined_above_floor or after**2 - 1.0 < policy.left_if_closed * (before**2 - 1.0)
 
 
-def _partners(chosen: Selection, examined: LawFindings, effect: InvariantEffect, policy: Policy) -> tuple[str, ...]:
+def _partners(
+    chosen: Selection, examined: LawFindings, effect: InvariantEffect, policy: Policy, as_good: bool
+) -> tuple[str, ...]:
     """Return the effects that an effect is not told from: beside any law, nor beside the base.
 
     A partner that breaks no invariance cannot be tried beside any law. Beside the base both are tried, in one error of
-    its law: there the partner is told from an effect with proof if it takes much less, fitted and held out.
+    its law: there the partner is told from an effect with proof if it takes much less, fitted and held out. A base that
+    is ``as_good`` as any law has no such error: it tells what it names.
     """
     untried = {c.name for c in examined.confounded}
+    if as_good and effect.name in chosen.named:
+        return tuple(p for p in effect.one_of if p not in untried or p in chosen.effects)
     takes = {
         t.name: (chosen.base.train**2 - t.fit.train**2, chosen.base.holdout**2 - t.fit.holdout**2)
         for t in chosen.trials
