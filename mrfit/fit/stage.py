@@ -152,40 +152,6 @@ def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: 
     return FitOutput(content, blocks, simulated, prepared.assembly)
 
 
-def held_out_error(dataset: Dataset, settings: Settings, near: Mapping[str, float] | None = None) -> float | None:
-    """Return the NRMSE of a fit over all held-out conditions; None where nothing is held out.
-
-    Parameters
-    ----------
-    dataset
-        Segments and recordings.
-    settings
-        What to fit, all conditions together, and how.
-    near
-        Values by parameter name (SI) near its optimum, from which one descent is enough; None to search for it.
-
-    Raises
-    ------
-    ConfigError, DataError
-        As ``run`` does.
-    """
-    prepared = prepare(dataset, settings)
-    runner = _Runner(prepared, settings, FitOrigin("", "", ""), silent)
-    ((name, segments),) = prepared.groups.items()
-    group = runner.group(name, segments)
-    cube = at_scales(prepared.cube, group.training, base_of(settings.model))
-    search = runner.search if near is None else replace(runner.search, own=NEAR_ITS_OPTIMUM)
-    found = runner._search(group, cube, search, [] if near is None else [dict(near)])
-    theta = cube.to_theta(np.array([found.point]))[0]
-    simulated = [simulate_block(part.block, prepared.assembly, theta)[0] for part in group.full.parts]
-    return over_held_out(metric_rows(group.full, group.floors, simulated, prepared.assembly))
-
-
-def over_held_out(metrics: Sequence[MetricRow]) -> float | None:
-    """Return the NRMSE over all held-out conditions; None where nothing is held out."""
-    return next((m.nrmse for m in metrics if (m.role, m.condition) == ("holdout", "all")), None)
-
-
 def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: Progress) -> FitOutput:
     """Fit every form of an effect that has several, and return the fit of the one that the data call for."""
 
@@ -260,6 +226,41 @@ def prepare(dataset: Dataset, settings: Settings) -> FitPreparation:
     cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []
     cube, groups = _cube(assembly, settings), _groups(chosen, settings)
     return FitPreparation(assembly, cube, dependence, choice, groups, recordings, cautions)
+
+
+def held_out_error(
+    prepared: FitPreparation, settings: Settings, near: Mapping[str, float] | None = None
+) -> float | None:
+    """Return the NRMSE of a fit over all held-out conditions; None where nothing is held out.
+
+    Parameters
+    ----------
+    prepared
+        What ``prepare`` returns for the same settings.
+    settings
+        What to fit, all conditions together, and how.
+    near
+        Values by parameter name (SI) near its optimum, from which one descent is enough; None to search for it.
+
+    Raises
+    ------
+    ConfigError, DataError
+        As ``run`` does.
+    """
+    runner = _Runner(prepared, settings, FitOrigin("", "", ""), silent)
+    ((name, segments),) = prepared.groups.items()
+    group = runner.group(name, segments)
+    cube = at_scales(prepared.cube, group.training, base_of(settings.model))
+    search = runner.search if near is None else replace(runner.search, own=NEAR_ITS_OPTIMUM)
+    found = runner._search(group, cube, search, [] if near is None else [dict(near)])
+    theta = cube.to_theta(np.array([found.point]))[0]
+    simulated = [simulate_block(part.block, prepared.assembly, theta)[0] for part in group.full.parts]
+    return over_held_out(metric_rows(group.full, group.floors, simulated, prepared.assembly))
+
+
+def over_held_out(metrics: Sequence[MetricRow]) -> float | None:
+    """Return the NRMSE over all held-out conditions; None where nothing is held out."""
+    return next((m.nrmse for m in metrics if (m.role, m.condition) == ("holdout", "all")), None)
 
 
 def check(settings: Settings) -> None:

@@ -38,11 +38,13 @@ def with_plain_errors(
         Segments and recordings with the roles that a fit gives them.
     """
     base, augmented = _fit_of(found.base_model, settings), _fit_of(found.augmented_model, settings, found.held)
-    if _work(data, base) + _work(data, augmented) > STANDARD.most_work:
+    alone = _prepared(data, base)
+    whole = _prepared(data, augmented) if augmented != base else alone
+    if _work(data, alone) + _work(data, whole) > STANDARD.most_work:
         return found.model_copy(update={"left_out": (*found.left_out, "plain errors, which `mrfit fit` states")})
-    before = after = _stated(workspace, data, base)
+    before = after = _stated(workspace, data, base, alone)
     if found.augmented_model != found.base_model:
-        after = _stated(workspace, data, augmented, near)
+        after = _stated(workspace, data, augmented, whole, near)
     gap = found.gap.model_copy(update={"plain_before": before, "plain_after": after})
     return found.model_copy(update={"gap": gap})
 
@@ -58,26 +60,35 @@ def _fit_of(model: str, settings: Settings, held: Sequence[tuple[str, float]] = 
     )
 
 
-def _work(data: Dataset, fit: fit_stage.Settings) -> int:
-    """Return the work of a fit, of which cycles are folded; 0 where it cannot be made."""
-    samples = sum(s.samples / max(s.cycles / FOLDED_CYCLES, 1.0) for s in data.segments if s.role == "train")
+def _prepared(data: Dataset, fit: fit_stage.Settings) -> fit_stage.FitPreparation | None:
+    """Return a fit's preparation, in which laws of current are chosen; None where it cannot be made."""
     try:
-        return work_of(fit_stage.prepare(data, fit).assembly, int(samples))
+        return fit_stage.prepare(data, fit)
     except Unreachable:
         raise
     except MrfitError:
-        return 0
+        return None
+
+
+def _work(data: Dataset, prepared: fit_stage.FitPreparation | None) -> int:
+    """Return the work of a fit, of which cycles are folded; 0 where it cannot be made."""
+    samples = sum(s.samples / max(s.cycles / FOLDED_CYCLES, 1.0) for s in data.segments if s.role == "train")
+    return work_of(prepared.assembly, int(samples)) if prepared else 0
 
 
 def _stated(
-    workspace: Workspace, data: Dataset, fit: fit_stage.Settings, near: Mapping[str, float] | None = None
+    workspace: Workspace,
+    data: Dataset,
+    fit: fit_stage.Settings,
+    prepared: fit_stage.FitPreparation | None,
+    near: Mapping[str, float] | None = None,
 ) -> float | None:
     """Return the NRMSE over all held-out conditions that a fit states; None where it cannot be made."""
     known = reusable(workspace.fit_folder(fit.fit_name) / "fit.json", Fit)
     try:
         if known and known.key == fit_stage.origin_of(data, fit).key:
             return fit_stage.over_held_out(known.metrics)
-        return fit_stage.held_out_error(data, fit, near)
+        return fit_stage.held_out_error(prepared, fit, near) if prepared else None
     except Unreachable:
         raise
     except MrfitError:
