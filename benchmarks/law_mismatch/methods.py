@@ -69,7 +69,9 @@ def _discover(asked: Asked, prototype: Path | None) -> Said:
     why = {c["name"]: str(c["reason"]) for c in found["candidates"] if not c["accepted"]}
     why |= {c["name"]: str(c["reason"]) for c in open_law.get("turned_down", ())}
     broken = tuple(b["invariance"] for b in open_law.get("broken", ()))
-    weak = {c["name"]: {p["name"]: p["value"] for p in c["parameters"]} for c in open_law.get("turned_down", ())}
+    weak = {
+        c["name"]: {p["name"]: p["value"] for p in c.get("parameters", ())} for c in open_law.get("turned_down", ())
+    }
     return Said(str(found["verdict"]), names, tuple(found["ambiguous_set"]), broken, why=why, weak=weak)
 
 

@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 from mrfit.core.specs import Invariance
 from mrfit.discover.invariance.findings import LawErrors, LawFindings
 from mrfit.discover.policy import STANDARD
-from mrfit.discover.selection.combine import Floors, combine, leaves_noise, worth_examining
+from mrfit.discover.selection.combine import (
+    Floors,
+    combine,
+    leaves_noise,
+    of_no_use,
+    turned_down,
+    worth_examining,
+)
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.selection.questions import EffectScreening
 from mrfit.discover.selection.rules import EffectTrial
@@ -53,6 +60,21 @@ def test_an_effect_that_no_law_makes_is_named_where_the_base_taken_as_exact_expl
     found = combine(exact(), LawFindings(named=(effect("s"),)), STANDARD)
     assert (found.verdict, found.named, found.ambiguous) == ("named", ("s",), ())
     assert found.law_is_open and not found.difference
+
+
+def test_an_effect_that_takes_nothing_on_conditions_held_out_is_turned_down() -> None:
+    lag, spring = effect("lag", Invariance.CURRENT), effect("s")
+    assert of_no_use((lag, spring), {"lag": 0.06, "s": 0.041}, after=0.04) is None
+    assert of_no_use((), {}, after=0.04) is None
+    # the law errs by more than the largest force of either: nothing is told
+    assert of_no_use((lag, spring), {"lag": 0.15, "s": 0.15}, after=0.16) is None
+    shadow = of_no_use((lag, spring), {"lag": 0.039, "s": 0.04}, after=0.04)
+    assert shadow is not None and shadow.name == "lag"
+    for others in ((spring,), ()):
+        found = combine(exact(), LawFindings(named=(lag, *others)), STANDARD)
+        rest = turned_down(exact(), found, shadow)
+        assert rest.named == tuple(n.name for n in others) and rest.law_is_open == bool(others)
+        assert rest.verdict == ("named" if others else "unexplained") and rest.shadows == (shadow,)
 
 
 def test_what_an_examination_does_not_confirm_is_taken_back() -> None:

@@ -6,7 +6,7 @@ breaks an invariance which every law keeps, and no other. Where a base alone lea
 missing, and an examination has no say. Nothing is computed, read or written here.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mrfit.discover.invariance.findings import LawFindings, significance
@@ -176,9 +176,59 @@ def combine(
         return exact
     if noisy and told and closes_the_gap(chosen, policy):
         return exact
+    return _beside_open_law(chosen, standing, shadows)
+
+
+def of_no_use(
+    standing: Sequence[InvariantEffect], without: Mapping[str, float | None], after: float | None
+) -> Shadow | None:
+    """Return the effect whose loss costs least, if held-out conditions are no worse without it; None if there is none.
+
+    An effect that is there takes something on conditions that were not fitted. Where the law errs by more than the
+    largest force of the effect, that is too little to be seen, and tells nothing.
+
+    Parameters
+    ----------
+    standing
+        Effects that stand whatever the law is.
+    without
+        Error on held-out conditions (NRMSE) without each of them, the others held.
+    after
+        The same with all of them.
+    """
+    errors = {
+        n.name: error
+        for n in standing
+        if (error := without[n.name]) is not None and n.standing is not None and n.standing.size > error
+    }
+    if after is None or not errors or min(errors.values()) > after:
+        return None
+    return Shadow(min(errors, key=errors.__getitem__), "the error on held-out tests is no lower with it")
+
+
+def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow) -> CombinedResult:
+    """Return a result beside an open law in which an effect that stood is not believed.
+
+    Parameters
+    ----------
+    chosen
+        What was decided with the base taken as exact.
+    combined
+        The result of both ways.
+    shadow
+        The effect and the reason against it.
+    """
+    rest = tuple(n for n in combined.standing if n.name != shadow.name)
+    return _beside_open_law(chosen, rest, (*combined.shadows, shadow))
+
+
+def _beside_open_law(
+    chosen: Selection, standing: tuple[InvariantEffect, ...], shadows: tuple[Shadow, ...]
+) -> CombinedResult:
+    """Return the result with the effects that stand whatever the law is."""
     if not standing:
         back = bool(chosen.final.effects)
-        verdict = "unexplained" if back else exact.verdict
+        verdict = "unexplained" if back else chosen.verdict
         return CombinedResult(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
     sets = tuple((n.name, *n.one_of) for n in standing if n.one_of)
     clear = tuple(n.name for n in standing if not n.one_of)

@@ -18,11 +18,18 @@ from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import LawFindings
 from mrfit.discover.invariance.records import Record, from_block
 from mrfit.discover.policy import Policy
-from mrfit.discover.selection.combine import Floors, combine, leaves_noise
+from mrfit.discover.selection.combine import (
+    CombinedResult,
+    Floors,
+    combine,
+    leaves_noise,
+    of_no_use,
+    turned_down,
+)
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.writing.findings import gap_of
 from mrfit.discover.writing.open_law import with_examination, with_gap, with_laws
-from mrfit.io.schemas.discovery import DiscoveryFile, InvariantEffect
+from mrfit.io.schemas.discovery import DiscoveryFile, Gap, InvariantEffect
 
 
 @dataclass(frozen=True)
@@ -61,13 +68,15 @@ def beside_open_law(
     fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
     examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
     combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told)
+    fits = _HeldFits.of(fitter, base, combined)
+    while shadow := of_no_use(combined.standing, fits.without, fits.gap.after):
+        combined = turned_down(chosen, combined, shadow)
+        fits = _HeldFits.of(fitter, base, combined)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
-    after = base if combined.taken_back else gathering.refit_of(chosen.final)
     held = held_at(combined.standing)
+    after = base if combined.taken_back else fits.after if held else gathering.refit_of(chosen.final)
     if combined.law_is_open:
-        after = refitted(with_held(fitter, held), base)
-        without = {n: _without(fitter, base, held, n) for n in combined.named}
-        found = with_gap(found, gap_of(fitter.bench, base, after), without)
+        found = with_gap(found, fits.gap, fits.without)
     if not examined.not_applicable and (combined.law_may_be_off or chosen.final.effects):
         slow = slow_laws(fitter, base, dependence, policy)
         laws = other_laws(fitter, base, held, dependence, policy, slow)
@@ -76,10 +85,38 @@ def beside_open_law(
     return OpenLawResult(found, after)
 
 
-def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str) -> float | None:
-    """Return the error on held-out conditions (NRMSE) with all effects held but one."""
-    others = {name: value for name, value in held.items() if name.partition(".")[0] != effect}
-    return gap_of(fitter.bench, base, refitted(with_held(fitter, others), base) if others else base).after
+@dataclass(frozen=True)
+class _HeldFits:
+    """Fits of a base beside effects that stand whatever its law is, held at what was found.
+
+    Attributes
+    ----------
+    after
+        The fit with all of them.
+    gap
+        What it takes of the base's error on held-out conditions.
+    without
+        Error on held-out conditions (NRMSE) without each of them, the others held.
+    """
+
+    after: Refit
+    gap: Gap
+    without: Mapping[str, float | None]
+
+    @classmethod
+    def of(cls, fitter: Fitter, base: Refit, combined: CombinedResult) -> "_HeldFits":
+        """Return the fits for the effects that stand."""
+
+        def fitted(effects: Iterable[InvariantEffect]) -> Refit:
+            held = held_at(effects)
+            return refitted(with_held(fitter, held), base) if held else base
+
+        standing = combined.standing
+        after = fitted(standing)
+        without = {
+            own.name: gap_of(fitter.bench, base, fitted(n for n in standing if n is not own)).after for own in standing
+        }
+        return cls(after, gap_of(fitter.bench, base, after), without)
 
 
 def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = None) -> LawFindings:
