@@ -30,6 +30,7 @@ from mrfit.ingest.table import Column, Lines, RejectedRow, RejectedRows, Table
 from mrfit.ingest.time.clocks import on_one_clock
 from mrfit.ingest.time.counter import counter_of, counting_samples, is_counter, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
+from mrfit.ingest.time.late_rows import late_rows
 from mrfit.ingest.time.rate import rate_missing
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
@@ -280,6 +281,8 @@ def _base(rows: NamedRows, times: RowTimes, table: Table, origin: LogOrigin) -> 
             same = [series.at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
             again = again[np.logical_and.reduce(same)]
         rows.drop(again, ["repeated time"] * len(again))
+        late = np.setdiff1d(late_rows([s.values for s in rows.signals]), rows.breaks)
+        rows.drop(late, ["repeated row"] * len(late))
         base = time_base(rows.time, times.stated, rows.breaks, rows.number, times.printed)
     except TimeFault as fault:
         raise Refusal(
