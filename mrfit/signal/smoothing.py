@@ -18,7 +18,7 @@ from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.signal.harmonics import HarmonicFit, harmonic_fit, synthesis
+from mrfit.signal.harmonics import HarmonicFit, Spectrum, harmonic_fit, synthesis
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.signal.noise import noise_floor, noise_level
 from mrfit.signal.plateaus import at_levels
@@ -33,6 +33,8 @@ FITTED_CYCLES = 4
 SERIES_RESOLUTION = 1e-5
 # A series of fewer harmonics than this has no corners
 RINGING = 3
+# Share of a channel's slope below which what a series lacks of it is too little to matter
+LEAST_RINGING = 0.02
 # What a series leaves is a drift of the sensor where the means of its cycles hold more than this share of its square
 DRIFT_OF_SERIES = 0.25
 # Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
@@ -318,18 +320,43 @@ def _smoother(
     if isinstance(series, HarmonicFit) and series.harmonics < RINGING:
         return series
     local = _local(values)
-    if series is None:
+    if series is None or (isinstance(series, HarmonicFit) and _lacks_harmonics(values, dt, series, local)):
         return local
     near = local.near_corners()
     if not near.any():
         return series
     if isinstance(series, HarmonicFit):
-        by_series = synthesis(series.coefficients, 2 * np.pi * series.frequency * dt, len(values))
+        by_series = _synthesis(series, dt, len(values), 0)
     else:
         by_series = series.derivatives[0]
     left = np.stack([(values - found) ** 2 for found in (by_series, local.smoothed(0).values)])
     nearer = all(part[1] < part[0] for part in (left[:, near].sum(axis=1), left.sum(axis=1)))
     return local if nearer else series
+
+
+def _lacks_harmonics(values: Array, dt: float, series: HarmonicFit, local: Smoother) -> bool:
+    """Return whether what a series leaves of the slope repeats with the cycle, and polynomials leave less.
+
+    Beside noise of low frequencies a series has fewer harmonics than the corners of a stroke need, and rings there. By
+    the difference d of both slopes, the error of the series is what repeats in d, that of the polynomials the rest.
+    """
+    if series.residual <= WHITE_EXCESS * noise_level(values):
+        return False
+    slope = local.smoothed(1).values / dt - _synthesis(series, dt, len(values), 1)
+    cycles = int(len(values) * dt * series.frequency + 0.02)
+    rest = noise_floor(slope, dt, series.frequency, cycles) if cycles > 1 else np.inf
+    size, whole = float(np.mean(slope**2)), float(np.var(_synthesis(series, dt, len(values), 1)))
+    return size > max(2.0 * rest**2, LEAST_RINGING**2 * whole)
+
+
+def _synthesis(series: HarmonicFit, dt: float, samples: int, derivative: int) -> Array:
+    """Return a series or one of its derivatives at so many samples from the first on."""
+    return synthesis(_rates(series, derivative), 2 * np.pi * series.frequency * dt, samples)
+
+
+def _rates(series: HarmonicFit, derivative: int) -> Spectrum:
+    """Return the coefficients of a derivative of a series."""
+    return series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
 
 
 @remembered
@@ -342,10 +369,10 @@ def _smoothed(
 ) -> _SmoothedChannel:
     if isinstance(smoother, HarmonicFit):
         series = smoother
-        rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
         text = f"harmonic fit, {number_of('harmonic', series.harmonics)} of {series.frequency:.5g} Hz"
-        signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
-        return _SmoothedChannel(signal, text, series.residual, replace(series, coefficients=rates))
+        signal = _synthesis(series, dt, len(values), derivative)
+        rates = replace(series, coefficients=_rates(series, derivative))
+        return _SmoothedChannel(signal, text, series.residual, rates)
     if isinstance(smoother, ModulatedSeries):
         text = f"modulated harmonic fit, amplitude and timing differ by {100 * smoother.depth:.2g} %"
         return _SmoothedChannel(smoother.derivatives[derivative], text, smoother.residual, None)

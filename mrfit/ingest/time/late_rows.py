@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -12,11 +11,11 @@ from mrfit.ingest.time.timebase import FILL_AT_MOST
 
 RARELY_EQUAL = 0.02
 """Largest share of rows at which the finest channel repeats a value; one that does so more often is coarse or held."""
-BESIDE, MOVING = 4, 0.4
-"""Rows on either side of a late one, and the least share of them in which a channel moves."""
+NEAR_ROWS, NEAR_STEPS = 4, 0.5
+"""Rows on each side of a late one, and the least share of them in which a channel moves."""
 BY_CHANCE = 4.0
 """Standard deviations above their expected number from which rows that agree are no accident."""
-ROUNDS = 20
+CHANCE_ROUNDS = 20
 """Rounds in which the number by chance is found."""
 
 
@@ -37,11 +36,14 @@ def late_rows(columns: Sequence[Array]) -> NDArray[np.int64]:
     rows, moved, equal = len(columns[0]) - 1, 0, np.zeros(len(columns))
     standing, in_motion = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.bool_)]
     for begin, end in series.spans(rows):
-        low, high = max(begin - BESIDE, 0), min(end + BESIDE, rows)
+        low, high = max(begin - NEAR_ROWS, 0), min(end + NEAR_ROWS, rows)
         inner = slice(begin - low, end - low)
         parts = [values[low : high + 1] for values in columns]
         same = np.stack([part[1:] == part[:-1] for part in parts])
-        moves = uniform_filter1d(1.0 - same, 2 * BESIDE + 1, axis=1, mode="constant") > MOVING
+        steps = np.cumsum(np.pad(~same, ((0, 0), (NEAR_ROWS + 1, NEAR_ROWS))), axis=1)
+        before = steps[:, NEAR_ROWS : -NEAR_ROWS - 1] - steps[:, : -2 * NEAR_ROWS - 1]
+        after = steps[:, 2 * NEAR_ROWS + 1 :] - steps[:, NEAR_ROWS + 1 : -NEAR_ROWS]
+        moves = np.minimum(before, after) >= NEAR_STEPS * NEAR_ROWS
         moving, same = (np.count_nonzero(moves, axis=0) > 1)[inner], same[:, inner]
         moved += int(np.count_nonzero(moving))
         equal += np.count_nonzero(same & moving, axis=1)
@@ -56,6 +58,6 @@ def late_rows(columns: Sequence[Array]) -> NDArray[np.int64]:
         return rows_standing[:0]
     shares, chance = equal[equal < moved], float(number)
     # late rows are among those counted of each channel, all but those by chance
-    for _ in range(ROUNDS):
+    for _ in range(CHANCE_ROUNDS):
         chance = moved * float(np.prod((shares - number + chance) / moved))
     return rows_standing[late if number > chance + BY_CHANCE * np.sqrt(chance) else slice(0)]
