@@ -188,10 +188,10 @@ def above_the_floor(after: float, measured: bool = True) -> Rule:
     return lambda p: worth_examining(_selected(after, 10.0), Floors(1.0, measured), p)
 
 
-def as_good_as_a_law(exact: float) -> Rule:
+def as_good_as_a_law(exact: float, before: float = 10.0) -> Rule:
     """Whether what is named beside an exact base is believed, though a law of open form was examined."""
     examined = LawFindings(errors=LawErrors(None, 0.02, 0.01, 0.001, exact=exact, open=0.01))
-    chosen = _selected(1.1, 10.0)
+    chosen = _selected(1.1, before)
     return lambda p: combine(chosen, examined, p, noisy=True).named == ("a",)
 
 
@@ -209,6 +209,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
     "examined_above_floor": (above_the_floor(1.25), above_the_floor(1.15)),
     "as_good": (as_good_as_a_law(0.0149), as_good_as_a_law(0.0151)),
+    "left_by_guess": (as_good_as_a_law(0.01, before=1.6), as_good_as_a_law(0.01, before=1.5)),
     "broken_beside": (in_the_shadow(0.8), in_the_shadow(0.6)),
     "law_takes": (law(0.25), law(0.15)),
     "most_laws": (law(0.5, 3), law(0.5, 4)),

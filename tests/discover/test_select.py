@@ -56,6 +56,27 @@ def test_an_effect_that_does_not_help_is_never_asked_for_its_interval() -> None:
     assert not [q for q in overwhelming.asked if q[0] == "fall"]
 
 
+@pytest.mark.parametrize(("narrow", "left", "named"), [(1.3, 1.05, "dry"), (2.0, 1.2, "dry"), (3.5, 1.2, "falling")])
+def test_a_wider_form_takes_a_visible_share_of_the_gap_beside_the_narrow_one(
+    narrow: float, left: float, named: str
+) -> None:
+    """Friction that falls with speed is mistaken for one that does not, whose shape it has, too."""
+    world = World(
+        {(): 10.0, ("dry",): narrow, ("falling",): left},
+        aliases={"dry": ("falling",)},
+        shapes={"dry": {"r": 0.5}, "falling": {"r": 0.5, "vs": 0.5}},
+        cosines={("dry", "falling"): 0.95},
+        strengths={"dry in dry+falling": UNCLEAR},
+    )
+    found = chosen(world)
+    assert found.named == (named,)
+    if named == "dry":
+        assert found.reasons["falling"] == "its wider form takes hardly more of the gap than dry"
+        # neither of two of which neither is the wider form of the other gives way
+        for other in (replace(world, shapes={"falling": {"vs": 0.5}}), replace(world, aliases={})):
+            assert chosen(other).named == ("falling",)
+
+
 def test_two_that_leave_the_same_alone_and_together_are_ambiguous() -> None:
     found = chosen(World({(): 10.0, ("a",): 1.5, ("b",): 1.5}))
     assert (found.verdict, found.named) == ("ambiguous", ())

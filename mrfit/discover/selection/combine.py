@@ -158,7 +158,7 @@ def combine(
     noisy
         Whether the base with its effects leaves little more than a floor, see ``leaves_noise``. It is believed if it
         leaves as little as the best law whatever it is, or next to nothing of a gap that is told; by floors that are
-        not told only if the examination confirms it.
+        not told only if its effects take much of the error and the examination confirms them.
     told
         Whether no floor can hold the error of a law, see ``Floors``: a gap above it then is one.
     """
@@ -172,7 +172,7 @@ def combine(
         for n in examined.named
         if n.name not in hidden
     )
-    if as_good and (told or _confirmed(chosen, examined, standing)):
+    if as_good and (told or (_takes_much(chosen, policy) and _confirmed(chosen, examined, standing))):
         return exact
     if noisy and told and closes_the_gap(chosen, policy):
         return exact
@@ -240,6 +240,11 @@ def _beside_open_law(
         shadows=shadows,
         difference=_difference(chosen, clear, sets),
     )
+
+
+def _takes_much(chosen: Selection, policy: Policy) -> bool:
+    """Return whether the effects of a base take so much of the held-out error that no floor is needed to tell it."""
+    return bool(chosen.final.holdout**2 < policy.left_by_guess * chosen.base.holdout**2)
 
 
 def _confirmed(chosen: Selection, examined: LawFindings, standing: Sequence[InvariantEffect]) -> bool:

@@ -14,6 +14,7 @@ from mrfit.discover.selection.rules import (
     leaves_far_more,
     limits,
     objection,
+    widens,
 )
 
 
@@ -141,6 +142,8 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
         return ending
     if adds:
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
+    if needed and widens(winner, rival, inquiry.source.library) and not _is_visible(inquiry, winner, rival, both):
+        return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _takes_little_more(rival))
     if needed:
         return ending.turned_down(rival.name, f"it adds nothing beside {winner.name}")
     return _without_proof(inquiry, ending, rival)
@@ -161,6 +164,11 @@ def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> 
     return replace(ending, equals=(*ending.equals, rival.name))
 
 
+def _is_visible(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial, both: Fit) -> bool:
+    """Return whether a winner beside its look-alike takes a visible share of the base's own gap."""
+    return helps(claim(winner.name, rival.fit, both, inquiry.base, inquiry.policy, (rival.name,)), inquiry.policy)
+
+
 def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bool:
     """Return whether a rival leaves far more of held-out conditions, and significantly so."""
     if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
@@ -170,6 +178,10 @@ def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bo
 
 def _closes_less(winner: EffectTrial) -> str:
     return f"it closes less of the gap than {winner.name}"
+
+
+def _takes_little_more(rival: EffectTrial) -> str:
+    return f"its wider form takes hardly more of the gap than {rival.name}"
 
 
 def _is_a_limit(other: EffectTrial) -> str:

@@ -1,6 +1,6 @@
 """The rules of a decision, each a pure function of rows of evidence and the policy."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,6 +156,16 @@ def limits(fit: Fit, effect: str, rival: LibraryEffect, policy: Policy) -> int:
         return 0
     ended = {n: at for n, at in fit.shapes.get(effect, {}).items() if n not in rival.parameters}
     return sum(min(at, 1.0 - at) < policy.end_of_range for at in ended.values())
+
+
+def widens(wider: EffectTrial, other: EffectTrial, library: Mapping[str, LibraryEffect]) -> bool:
+    """Return whether an effect has all shapes of another that it is mistaken for, and more.
+
+    What little it takes more may be what the form of the other leaves, since forms are approximations.
+    """
+    own, shared = (set(trial.fit.shapes.get(trial.name, {})) for trial in (wider, other))
+    mistaken = wider.name in library[other.name].aliases or other.name in library[wider.name].aliases
+    return mistaken and bool(shared) and shared < own
 
 
 # --- shadows
