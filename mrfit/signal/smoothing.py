@@ -335,18 +335,20 @@ def _smoother(
 
 
 def _lacks_harmonics(values: Array, dt: float, series: HarmonicFit, local: Smoother) -> bool:
-    """Return whether what a series leaves of the slope repeats with the cycle, and polynomials leave less.
+    """Return whether a series rings in its slope, where local polynomials leave no more than white noise.
 
-    Beside noise of low frequencies a series has fewer harmonics than the corners of a stroke need, and rings there. By
-    the difference d of both slopes, the error of the series is what repeats in d, that of the polynomials the rest.
+    Beside noise of low frequencies a series has fewer harmonics than the corners of a stroke need, and rings there. In
+    the difference of both slopes the error of the series repeats, and what polynomials follow of the noise does not.
+    Polynomials that leave more than white noise are no judge: they round what they should follow.
     """
-    if series.residual <= WHITE_EXCESS * noise_level(values):
-        return False
-    slope = local.smoothed(1).values / dt - _synthesis(series, dt, len(values), 1)
+    limit = WHITE_EXCESS * noise_level(values)
     cycles = int(len(values) * dt * series.frequency + 0.02)
-    rest = noise_floor(slope, dt, series.frequency, cycles) if cycles > 1 else np.inf
-    size, whole = float(np.mean(slope**2)), float(np.var(_synthesis(series, dt, len(values), 1)))
-    return size > max(2.0 * rest**2, LEAST_RINGING**2 * whole)
+    if series.residual <= limit or local.residual > limit or cycles < 2:
+        return False
+    rates = _synthesis(series, dt, len(values), 1)
+    slope = local.smoothed(1).values / dt - rates
+    size, rest = float(np.mean(slope**2)), noise_floor(slope, dt, series.frequency, cycles)
+    return size > max(2.0 * rest**2, LEAST_RINGING**2 * float(np.var(rates)))
 
 
 def _synthesis(series: HarmonicFit, dt: float, samples: int, derivative: int) -> Array:

@@ -16,7 +16,7 @@ Channels = list[np.ndarray]
 def moving(seed: int, fine: float = 1e-3, coarse: float = 1e-3) -> Channels:
     """A stroke and a force with noise, each in steps of its converter, and a current that is held."""
     rng = np.random.default_rng(seed)
-    stroke = np.sin(2 * np.pi * np.arange(ROWS) / 500) + rng.normal(0.0, 0.02, ROWS)
+    stroke = np.sin(2 * np.pi * np.arange(ROWS) / 500) + rng.normal(0.0, 0.002, ROWS)
     force = 3.0 * np.tanh(5 * stroke) + rng.normal(0.0, 0.05, ROWS)
     return [np.round(stroke / coarse) * coarse, np.round(force / fine) * fine, np.full(ROWS, 0.5)]
 
@@ -31,9 +31,11 @@ def repeated(channels: Channels, rows: np.ndarray) -> Channels:
 
 
 @settings(max_examples=30, deadline=None)
-@given(seed=st.integers(0, 10**6), number=st.integers(4, 40))
+@given(seed=st.integers(0, 10**6), number=st.integers(8, 40))
 def test_repeated_rows_are_found_and_hardly_another(seed: int, number: int) -> None:
-    rows = np.sort(np.random.default_rng(seed).choice(np.arange(10, ROWS - 10), number, replace=False))
+    going_on = np.arange(10, ROWS - 10)
+    going_on = going_on[np.abs(np.cos(2 * np.pi * going_on / 500)) > 0.3]
+    rows = np.sort(np.random.default_rng(seed).choice(going_on, number, replace=False))
     channels = moving(seed)
     found = late_rows(repeated(channels, rows))
     by_chance = set(late_rows(channels).tolist()) | set(found.tolist()) - set(rows.tolist())
@@ -56,6 +58,9 @@ def test_what_agrees_by_chance_or_because_all_stand_still_is_no_late_row() -> No
     stroke, resting, _ = moving(1, fine=0.02)
     stroke[:400] = 0.0
     assert not len(late_rows([stroke, resting, resting]))
+    # a voltage and a current that turn together are alike on both sides of their peaks
+    turn = np.cos(2 * np.pi * (np.arange(ROWS) - 0.5) / 250)
+    assert not len(late_rows([np.round(turn, 4), np.round(0.3 * turn, 5)]))
     # before a test all may stand: it has late rows all the same
     still = np.r_[np.zeros(2000), 1.0 + np.arange(ROWS)]
     before = [np.r_[np.zeros(2000), channel] for channel in repeated(moving(1), rows)]
@@ -64,14 +69,14 @@ def test_what_agrees_by_chance_or_because_all_stand_still_is_no_late_row() -> No
 
 
 def test_a_long_log_is_gone_through_in_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = np.array([7, 64, 65, 128, 129, 500, ROWS - 9])
+    rows = np.array([7, 64, 65, 192, 193, 500, ROWS - 9])
     channels = repeated(moving(2), rows)
     monkeypatch.setattr(series, "SERIES_CHUNK", 64)
     assert late_rows(channels).tolist() == rows.tolist()
 
 
 def test_a_late_row_is_refused_counted_and_bridged(read_log: ReadLog) -> None:
-    rows, channels = np.array([50, 1000, 1001, 3990]), moving(3)
+    rows, channels = np.array([50, 1000, 1001, 3990]), moving(3, 1e-4, 1e-4)
     late = repeated(channels, rows)
     lines = [f"{0.002 * k:.3f},{x:.6f},{f:.6f},{i:.3f}" for k, (x, f, i) in enumerate(zip(*late, strict=True))]
     (record,) = read_log("\n".join(["time (s),displacement (mm),force (N),current (A)", *lines]))
