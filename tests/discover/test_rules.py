@@ -195,6 +195,10 @@ def as_good_as_a_law(exact: float, before: float = 10.0) -> Rule:
     return lambda p: combine(chosen, examined, p, noisy=True).named == ("a",)
 
 
+def little_more(narrow: float) -> Rule:
+    return lambda p: rules.takes_little_more(fit(10.0), fit(narrow, "a"), fit(1.0, "a", "b"), p)
+
+
 def in_the_shadow(kept: float) -> Rule:
     rows = (BrokenInvariance(invariance=Invariance.POSITION, share=kept, kept=kept, size=0.1),)
     proof_of = EffectSignificance(share=0.9, kept=0.9, held=0.9, size=0.1, z=20.0, left=0.1, improved=1.0)
@@ -209,6 +213,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
     "examined_above_floor": (above_the_floor(1.25), above_the_floor(1.15)),
     "as_good": (as_good_as_a_law(0.0149), as_good_as_a_law(0.0151)),
+    "least_gap_of_wider": (little_more(2.3), little_more(2.5)),
     "left_by_guess": (as_good_as_a_law(0.01, before=1.6), as_good_as_a_law(0.01, before=1.5)),
     "broken_beside": (in_the_shadow(0.8), in_the_shadow(0.6)),
     "law_takes": (law(0.25), law(0.15)),

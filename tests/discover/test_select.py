@@ -56,7 +56,7 @@ def test_an_effect_that_does_not_help_is_never_asked_for_its_interval() -> None:
     assert not [q for q in overwhelming.asked if q[0] == "fall"]
 
 
-@pytest.mark.parametrize(("narrow", "left", "named"), [(1.3, 1.05, "dry"), (2.0, 1.2, "dry"), (3.5, 1.2, "falling")])
+@pytest.mark.parametrize(("narrow", "left", "named"), [(1.3, 1.05, "dry"), (2.0, 1.2, "dry"), (2.8, 1.2, "falling")])
 def test_a_wider_form_takes_a_visible_share_of_the_gap_beside_the_narrow_one(
     narrow: float, left: float, named: str
 ) -> None:

@@ -14,6 +14,7 @@ from mrfit.discover.selection.rules import (
     leaves_far_more,
     limits,
     objection,
+    takes_little_more,
     widens,
 )
 
@@ -142,7 +143,8 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
         return ending
     if adds:
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
-    if needed and widens(winner, rival, inquiry.source.library) and not _is_visible(inquiry, winner, rival, both):
+    wider = widens(winner, rival, inquiry.source.library)
+    if needed and wider and takes_little_more(inquiry.base, rival.fit, both, inquiry.policy):
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _takes_little_more(rival))
     if needed:
         return ending.turned_down(rival.name, f"it adds nothing beside {winner.name}")
@@ -162,11 +164,6 @@ def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> 
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _is_a_limit(rival))
     ending = ending.turned_down(rival.name, f"these data cannot tell it from {winner.name}")
     return replace(ending, equals=(*ending.equals, rival.name))
-
-
-def _is_visible(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial, both: Fit) -> bool:
-    """Return whether a winner beside its look-alike takes a visible share of the base's own gap."""
-    return helps(claim(winner.name, rival.fit, both, inquiry.base, inquiry.policy, (rival.name,)), inquiry.policy)
 
 
 def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bool:

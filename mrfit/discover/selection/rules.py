@@ -73,20 +73,24 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
 
     Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
     """
-    squares = [[fit.train**2, fit.holdout**2] for fit in (base, before, after)]
-    gaps, lefts, rests = (np.maximum(np.array(row) - 1.0, 1e-12) for row in squares)
+    gaps, lefts, rests = _gaps(base, before, after)
     shares, of_rest = (lefts - rests) / gaps, float((lefts - rests)[1] / lefts[1])
     least = policy.least_gap
     if set(alike) & set(before.effects):
         least = policy.least_gap_of_alike
     elif of_rest > policy.most_of_the_rest:
         least = policy.least_gap_of_the_rest
-    gain = float(1.0 - squares[2][1] / squares[1][1]) if shares.max() > least else 0.0
+    gain = float(1.0 - (after.holdout / before.holdout) ** 2) if shares.max() > least else 0.0
     far = before.holdout > policy.above_noise
     overwhelms = of_rest > policy.overwhelming and far
     first = before == base and of_rest > policy.half and far
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
     return EffectTrial(name, after, gain, overwhelms, needed)
+
+
+def _gaps(*fits: Fit) -> list[np.ndarray]:
+    """Return the gaps of fits on fitted and held-out conditions, (2,) each."""
+    return [np.maximum(np.array([fit.train**2, fit.holdout**2]) - 1.0, 1e-12) for fit in fits]
 
 
 def counted(errors: float, degrees: float, policy: Policy) -> float:
@@ -166,6 +170,12 @@ def widens(wider: EffectTrial, other: EffectTrial, library: Mapping[str, Library
     own, shared = (set(trial.fit.shapes.get(trial.name, {})) for trial in (wider, other))
     mistaken = wider.name in library[other.name].aliases or other.name in library[wider.name].aliases
     return mistaken and bool(shared) and shared < own
+
+
+def takes_little_more(base: Fit, narrow: Fit, both: Fit, policy: Policy) -> bool:
+    """Return whether a wider form takes no visible share of the base's gap beside the narrow one."""
+    gaps, lefts, rests = _gaps(base, narrow, both)
+    return float(np.max((lefts - rests) / gaps)) < policy.least_gap_of_wider
 
 
 # --- shadows
