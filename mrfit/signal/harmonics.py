@@ -52,8 +52,7 @@ class HarmonicFit:
 
     def evaluate(self, t: Array, derivative: int = 0) -> Array:
         """Return the series or one of its time derivatives at any times (N,) in s; shape (N,)."""
-        order = np.arange(len(self.coefficients))
-        factors = self.coefficients * (2j * np.pi * order * self.frequency) ** derivative
+        factors = self.derivative(derivative).coefficients
         turn = np.exp(2j * np.pi * self.frequency * t)
         total = np.full(t.shape, factors[-1])
         for factor in factors[-2::-1]:
@@ -63,6 +62,11 @@ class HarmonicFit:
     def sampled(self, start: float, dt: float, samples: int) -> Array:
         """Return the series at so many times (N,), ``dt`` apart from ``start`` on, in s; ``evaluate`` is slower."""
         return synthesis(self.shifted(start).coefficients, 2 * np.pi * self.frequency * dt, samples)
+
+    def derivative(self, order: int) -> "HarmonicFit":
+        """Return the series of a time derivative of this order."""
+        rates = 2j * np.pi * np.arange(len(self.coefficients)) * self.frequency
+        return replace(self, coefficients=self.coefficients * rates**order)
 
     def shifted(self, seconds: float) -> "HarmonicFit":
         """Return the same series with its time counted from ``seconds`` after the present origin."""

@@ -18,7 +18,7 @@ from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.signal.harmonics import HarmonicFit, Spectrum, harmonic_fit, synthesis
+from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.signal.noise import noise_floor, noise_level
 from mrfit.signal.plateaus import at_levels
@@ -326,7 +326,7 @@ def _smoother(
     if not near.any():
         return series
     if isinstance(series, HarmonicFit):
-        by_series = _synthesis(series, dt, len(values), 0)
+        by_series = series.sampled(0.0, dt, len(values))
     else:
         by_series = series.derivatives[0]
     left = np.stack([(values - found) ** 2 for found in (by_series, local.smoothed(0).values)])
@@ -342,23 +342,13 @@ def _lacks_harmonics(values: Array, dt: float, series: HarmonicFit, local: Smoot
     Polynomials that leave more than white noise are no judge: they round what they should follow.
     """
     limit = WHITE_EXCESS * noise_level(values)
-    cycles = int(len(values) * dt * series.frequency + 0.02)
+    cycles = _whole_cycles(series, dt, len(values))
     if series.residual <= limit or local.residual > limit or cycles < 2:
         return False
-    rates = _synthesis(series, dt, len(values), 1)
+    rates = series.derivative(1).sampled(0.0, dt, len(values))
     slope = local.smoothed(1).values / dt - rates
     size, rest = float(np.mean(slope**2)), noise_floor(slope, dt, series.frequency, cycles)
     return size > max(2.0 * rest**2, LEAST_RINGING**2 * float(np.var(rates)))
-
-
-def _synthesis(series: HarmonicFit, dt: float, samples: int, derivative: int) -> Array:
-    """Return a series or one of its derivatives at so many samples from the first on."""
-    return synthesis(_rates(series, derivative), 2 * np.pi * series.frequency * dt, samples)
-
-
-def _rates(series: HarmonicFit, derivative: int) -> Spectrum:
-    """Return the coefficients of a derivative of a series."""
-    return series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
 
 
 @remembered
@@ -370,11 +360,9 @@ def _smoothed(
     values: Array, dt: float, smoother: HarmonicFit | ModulatedSeries | Smoother, derivative: int
 ) -> _SmoothedChannel:
     if isinstance(smoother, HarmonicFit):
-        series = smoother
-        text = f"harmonic fit, {number_of('harmonic', series.harmonics)} of {series.frequency:.5g} Hz"
-        signal = _synthesis(series, dt, len(values), derivative)
-        rates = replace(series, coefficients=_rates(series, derivative))
-        return _SmoothedChannel(signal, text, series.residual, rates)
+        text = f"harmonic fit, {number_of('harmonic', smoother.harmonics)} of {smoother.frequency:.5g} Hz"
+        rates = smoother.derivative(derivative)
+        return _SmoothedChannel(rates.sampled(0.0, dt, len(values)), text, smoother.residual, rates)
     if isinstance(smoother, ModulatedSeries):
         text = f"modulated harmonic fit, amplitude and timing differ by {100 * smoother.depth:.2g} %"
         return _SmoothedChannel(smoother.derivatives[derivative], text, smoother.residual, None)
@@ -394,6 +382,10 @@ def _held(values: Array, channel: _SmoothedChannel) -> _SmoothedChannel:
     return replace(channel, values=levels, method=text)
 
 
+def _whole_cycles(series: HarmonicFit, dt: float, samples: int) -> int:
+    return int(samples * dt * series.frequency + 0.02)
+
+
 def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:
     """Tell whether a series leaves nothing but noise: white, or any that does not repeat from cycle to cycle."""
     span = float(np.ptp(values))
@@ -402,7 +394,7 @@ def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:
     limits = [excess for excess, share in REPEAT_LIMITS if fit.residual <= share * span / 2]
     if not limits:
         return False
-    cycles = int(len(values) * dt * fit.frequency + 0.02)
+    cycles = _whole_cycles(fit, dt, len(values))
     return bool(fit.residual <= max(limits) * noise_floor(values, dt, fit.frequency, cycles))
 
 

@@ -145,7 +145,7 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
     wider = widens(winner, rival, inquiry.source.library)
     if needed and wider and takes_little_more(inquiry.base, rival.fit, both, inquiry.policy):
-        return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _takes_little_more(rival))
+        return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _is_hardly_wider(rival))
     if needed:
         return ending.turned_down(rival.name, f"it adds nothing beside {winner.name}")
     return _without_proof(inquiry, ending, rival)
@@ -177,7 +177,7 @@ def _closes_less(winner: EffectTrial) -> str:
     return f"it closes less of the gap than {winner.name}"
 
 
-def _takes_little_more(rival: EffectTrial) -> str:
+def _is_hardly_wider(rival: EffectTrial) -> str:
     return f"its wider form takes hardly more of the gap than {rival.name}"
 
 

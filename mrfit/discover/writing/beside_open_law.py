@@ -74,7 +74,8 @@ def beside_open_law(
         fits = _HeldFits.of(fitter, base, combined)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
     held = held_at(combined.standing)
-    after = base if combined.taken_back else fits.after if held else gathering.refit_of(chosen.final)
+    open_law = combined.law_is_open or combined.taken_back
+    after = fits.after if open_law else gathering.refit_of(chosen.final)
     if combined.law_is_open:
         found = with_gap(found, fits.gap, fits.without)
     if not examined.not_applicable and (combined.law_may_be_off or chosen.final.effects):
@@ -92,7 +93,7 @@ class _HeldFits:
     Attributes
     ----------
     after
-        The fit with all of them.
+        The fit with all of them, the base where there are none.
     gap
         What it takes of the base's error on held-out conditions.
     without

@@ -1,10 +1,10 @@
 """Rows that a late buffer repeats: the clock goes on, and every channel shows once more what it showed before."""
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -12,8 +12,8 @@ from mrfit.ingest.time.timebase import FILL_AT_MOST
 
 NEAR_ROWS, NEAR_STEPS = 4, 0.5
 """Rows on each side of a late one, and the least share of them in which a channel moves."""
-CHANCE_ROWS = 33
-"""Rows about each in which the share of those is counted that repeat a value: a motion does not change much in them."""
+CHANCE_REACH = 16
+"""Rows on either side of each for the share of those that repeat a value: a motion changes little there."""
 BY_CHANCE = 4.0
 """Standard deviations above their expected number from which rows that agree are no accident."""
 
@@ -41,11 +41,9 @@ def late_rows(columns: Sequence[Array]) -> NDArray[np.int64]:
         inner = slice(begin - low, end - low)
         parts = [values[low : high + 1] for values in columns]
         same = np.stack([part[1:] == part[:-1] for part in parts])
-        steps = np.cumsum(np.pad(~same, ((0, 0), (NEAR_ROWS + 1, NEAR_ROWS))), axis=1)
-        before = (steps[:, NEAR_ROWS : -NEAR_ROWS - 1] - steps[:, : -2 * NEAR_ROWS - 1])[:, inner]
-        after = (steps[:, 2 * NEAR_ROWS + 1 :] - steps[:, NEAR_ROWS + 1 : -NEAR_ROWS])[:, inner]
+        before, after = (_counts(~same, *ends, "constant")[:, inner] for ends in ((-NEAR_ROWS, -1), (1, NEAR_ROWS)))
         moving = np.count_nonzero(np.minimum(before, after) >= NEAR_STEPS * NEAR_ROWS, axis=0) > 1
-        shares = uniform_filter1d(same.astype(np.float64), CHANCE_ROWS, axis=1, mode="nearest")[:, inner]
+        shares = _counts(same, -CHANCE_REACH, CHANCE_REACH, "edge")[:, inner] / (2 * CHANCE_REACH + 1)
         chance += float(np.sum(np.prod(shares, axis=0)[moving]))
         stands = np.flatnonzero(np.all(same[:, inner], axis=0))
         standing.append(begin + 1 + stands)
@@ -55,5 +53,13 @@ def late_rows(columns: Sequence[Array]) -> NDArray[np.int64]:
         in_motion.append(moving[stands] & np.any(goes_on, axis=0))
     rows_standing, late = np.concatenate(standing), np.concatenate(in_motion)
     group = np.cumsum(np.diff(rows_standing, prepend=-1) > 1) - 1
-    late &= np.bincount(group)[group] <= FILL_AT_MOST if len(group) else True
-    return rows_standing[late if np.count_nonzero(late) > chance + BY_CHANCE * np.sqrt(chance) else slice(0)]
+    found: NDArray[np.int64] = rows_standing[late & (np.bincount(group)[group] <= FILL_AT_MOST)]
+    return found if len(found) > chance + BY_CHANCE * np.sqrt(chance) else found[:0]
+
+
+def _counts(mask: NDArray[np.bool_], first: int, last: int, ends: Literal["constant", "edge"]) -> NDArray[np.int64]:
+    """Return the number (C, N) of true entries among k + first … k + last, for each entry k of a mask (C, N)."""
+    reach, size = max(-first, last), mask.shape[1]
+    sums = np.cumsum(np.pad(mask, ((0, 0), (reach + 1, reach)), mode=ends), axis=1, dtype=np.int64)
+    counts: NDArray[np.int64] = sums[:, reach + last + 1 :][:, :size] - sums[:, reach + first :][:, :size]
+    return counts
