@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.advise.drives import DIMENSIONS, RigBench, Test, lengthened, test_at
 from mrfit.core.progress import Progress
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.core.workers import give_up
 from mrfit.optimizers.cma import strategy_of
 
@@ -20,7 +19,6 @@ TEST_EVALUATIONS, TEST_POPULATION, TEST_SPREAD = 40, 8, 0.15
 SCORE_ENOUGH = 30.0
 
 Judge = Callable[[Test], "ScoredTest | None"]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

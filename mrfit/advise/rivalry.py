@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.choose import Judge, Mask, ScoredTest, Task, TestChoice, choose
+from mrfit.advise.choose import Judge, ScoredTest, Task, TestChoice, choose
 from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.readings import ReadingSet
@@ -15,7 +15,7 @@ from mrfit.advise.separation import RivalSet
 from mrfit.advise.specimen import Specimen, rigged_of, unmovable
 from mrfit.advise.standing import DRAWS, RivalModel, fitted
 from mrfit.core.progress import Progress, silent
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.discover.evidence.bench import Bench
 from mrfit.discover.invariance.records import from_block
 from mrfit.errors import ConfigError, DataError

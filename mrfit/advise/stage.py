@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.advise import drawing, words
-from mrfit.advise.choose import Mask, ScoredTest, TestChoice
+from mrfit.advise.choose import ScoredTest, TestChoice
 from mrfit.advise.parameters import known_of, narrow, widths
 from mrfit.advise.readings import ReadingSet
 from mrfit.advise.rig import Rig, read_rig, rig_beside
 from mrfit.advise.rivalry import separate
 from mrfit.advise.specimen import Specimen, rigged_of
 from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Mask
 from mrfit.discover.evidence.bench import Bench, build_bench, effects_for
 from mrfit.errors import ConfigError
 from mrfit.fit.predict import read_fit

@@ -12,10 +12,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.apply.car import Ride, Timing, rms
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.io.schemas.apply import Chatter
 from mrfit.signal.cycles import turning_points as extremes
 from mrfit.signal.runs import runs
@@ -89,7 +88,7 @@ def turning_points(force: Array) -> tuple[Index, Array]:
     return turns, np.concatenate([swings[:1], swings]) if len(swings) else np.full(len(turns), least)
 
 
-def bursts(quick: NDArray[np.bool_]) -> tuple[Index, Index]:
+def bursts(quick: Mask) -> tuple[Index, Index]:
     """Return first and last turning points of the runs in which at least ``BURST`` follow each other quickly."""
     starts, stops = runs(quick).T
     long = stops - starts + 1 >= BURST

@@ -17,7 +17,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.apply.circuit import Circuit, energised, energised_by_flux, magnetised, terminal
 from mrfit.apply.damper import parameters_for_all
@@ -25,7 +24,7 @@ from mrfit.apply.history import fitted_history
 from mrfit.core import registry
 from mrfit.core.arguments import check_arguments
 from mrfit.core.protocols import ErrsInRecord
-from mrfit.core.specs import Array, ModelSpec
+from mrfit.core.specs import Array, Mask, ModelSpec
 from mrfit.effects import eddy_current
 from mrfit.errors import ConfigError, DataError
 from mrfit.settings.apply import CoilDrive
@@ -328,7 +327,7 @@ class FluxCommand:
     current: Array
     predicted: Array
     commanded_current: Array
-    at_limit: NDArray[np.bool_]
+    at_limit: Mask
 
     @property
     def limited(self) -> float:

@@ -17,13 +17,12 @@ known in advance.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
 from mrfit.apply.solving import ABOVE, BELOW, BETWEEN, REACHED, CommandLimits, Inverse, commanded, solved
 from mrfit.apply.stepper import Channels, Stepper
 from mrfit.core import registry
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.settings.apply import Amplifier
 
 # Grid points of a piece of the current's range: a polynomial of order 2 has three
@@ -52,7 +51,7 @@ class Solution:
     force: Array
     low: Array
     high: Array
-    flag: NDArray[np.int64]
+    flag: Index
 
 
 class Inverter:

@@ -21,7 +21,6 @@ from mrfit.settings.apply import Amplifier
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Fixed and adaptive steps agree if their rms accelerations differ by less than this share
 _AGREE = 0.02
 
@@ -214,7 +213,7 @@ def quarter_car(  # noqa: PLR0913
     """
     amplifier = amplifier or Amplifier()
     damper = damper.without("delay")
-    prompt = damper.without(*_LAGS)
+    prompt = damper.prompt()
     pairs = [(control, road) for road in roads for control in controls]
     steppers = {True: Stepper(damper)} | ({False: Stepper(prompt)} if prompt != damper else {})
     rows: list[schemas.RideRow] = []

@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
 from mrfit.apply.following import inverted
@@ -13,7 +12,7 @@ from mrfit.apply.inverse import FLAGS, Inverter, prompt
 from mrfit.apply.solving import REACHED
 from mrfit.apply.stepper import Stepper
 from mrfit.core.progress import Progress, silent
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.io.schemas.apply import AmplifierEntry, DamperEntry, InversionRow
 from mrfit.settings.apply import Amplifier
 from mrfit.simulate.chain import followed
@@ -75,15 +74,15 @@ class Inversion:
     inner: Array
     low: Array
     high: Array
-    flag: NDArray[np.int64]
-    limited: NDArray[np.bool_]
+    flag: Index
+    limited: Mask
     explicit: bool
     dead_time: float
     behind: tuple[str, ...]
     lasting: float
 
     @property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> Mask:
         """Samples whose force only such forces have made as could be reached and were not held back."""
         bad = (self.flag != REACHED) | self.limited
         places = np.arange(len(bad))

@@ -15,7 +15,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
 from mrfit.apply.following import Course, Lane, Scheme, tracked
@@ -25,7 +24,7 @@ from mrfit.apply.motion import Motion
 from mrfit.apply.stepper import Stepper
 from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core.progress import Progress, silent
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.errors import ConfigError
 from mrfit.io.schemas.apply import AmplifierEntry, DamperEntry, GainsEntry, LagCost, Region, TrackFile, TrackingRow
 from mrfit.settings.apply import Amplifier
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SCHEMES = ("feedforward", "feedback", "both", "uninverted")
-_LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Region III ends when the force has come this near to what it steps to, as a share
 _SETTLED = 0.05
 
@@ -262,7 +260,7 @@ def tracking(  # noqa: PLR0913
             raise ConfigError(f"--scheme takes {', '.join(SCHEMES)}, not '{scheme}'")
     amplifier, gains = amplifier or Amplifier(), gains or Gains()
     variants = {True: (damper, plant)}
-    lagless = damper.without(*_LAGS), plant.without(*_LAGS)
+    lagless = damper.prompt(), plant.prompt()
     if lagless != (damper, plant):
         variants[False] = lagless
     cases: list[TrackingCase] = []
@@ -344,7 +342,7 @@ class _Loop:
         return float(np.median(np.abs(ends[1] - ends[0])))
 
 
-def regions(wanted: Array, saturated: NDArray[np.bool_], force: Array, feasible: Array) -> Array:
+def regions(wanted: Array, saturated: Mask, force: Array, feasible: Array) -> Array:
     """Return the region, 1, 2 or 3, of every sample.
 
     Parameters

@@ -12,6 +12,7 @@ from mrfit.core.invariance import Invariance as Invariance
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 Steps = float | Array
 """Time between samples in s: one number, or of samples at uneven times that before each (N,), the first not read."""
 

@@ -5,17 +5,16 @@ from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.recording import Finding
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.printed import Digits
 
-Lines = NDArray[np.int64]
+Lines = Index
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,8 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array, State, Values
+from mrfit.core.specs import Array, Index, State, Values
 from mrfit.kernels.jit import array_at, kernel
 from mrfit.kernels.powers import power
 from mrfit.kernels.theta import plain
@@ -192,7 +191,7 @@ def prepared(
 
 
 @kernel
-def _tables(shapes: Array, width: float) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
+def _tables(shapes: Array, width: float) -> tuple[Index, Array, Index, Array]:
     """Tabulate Y(s) once for each sharpness n and ratio rho = (beta - gamma)/(beta + gamma) < 1 among shapes (P, 2).
 
     ``width`` is that of the cells at n = 1.
@@ -242,7 +241,7 @@ def _tables(shapes: Array, width: float) -> tuple[NDArray[np.int64], Array, NDAr
 
 
 @lru_cache(maxsize=8)
-def _kept_tables(shapes: bytes, width: float) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
+def _kept_tables(shapes: bytes, width: float) -> tuple[Index, Array, Index, Array]:
     """Return the tables of shapes (P, 2) given as bytes: those of one batch serve every log it is compared with."""
     return _tables(np.frombuffer(shapes).reshape(-1, 2).copy(), width)
 
@@ -338,7 +337,7 @@ def _follow(curve: BranchCurve, x: Array, line: tuple[float, float], form: tuple
 
 
 @kernel
-def turning_points(x: Array) -> tuple[NDArray[np.int64], int]:
+def turning_points(x: Array) -> tuple[Index, int]:
     """Return the starts of the drive's branches and the number of leading samples that are finite.
 
     Parameters
@@ -402,9 +401,7 @@ def driven_roughly(drive: Array, forms: Array, dt: float) -> Array:
 
 
 @kernel
-def _simulated(
-    x: Array, forms: Array, which: NDArray[np.int64], cells: Array, counts: NDArray[np.int64], scales: Array
-) -> Array:
+def _simulated(x: Array, forms: Array, which: Index, cells: Array, counts: Index, scales: Array) -> Array:
     turns, finite = turning_points(x)
     out = np.empty((len(forms), len(x)))
     for p in range(len(forms)):

@@ -1,13 +1,10 @@
 """Ends of several descents side by side, and whether together they found the least cost."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.jit import kernel
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Ends = tuple[Mask, Mask, Mask]
 
 # So many descents have to settle at the best cost, within this share of it; after so many descents, two are enough.

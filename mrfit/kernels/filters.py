@@ -124,23 +124,37 @@ def bend_step(
 def play_step(
     y: float, chord: tuple[float, float], before: float, now: float, half_width: float, dt: float
 ) -> tuple[float, float, float]:
-    """Return ``play`` at a step's end, smooth at turns; travel and length of the step. ``chord`` is those of the last.
+    """Return ``play`` at a step's end, smooth at turns; travel and length of the step, as ``chord`` of the last."""
+    turn, travel, length = turning(chord, before, now, dt)
+    return carried(y, turn, now, half_width), travel, length
+
+
+@kernel
+def carried(y: float, turn: float, now: float, half_width: float) -> float:
+    """Return the play at ``now``, from y, of a signal that has turned at ``turn`` meanwhile."""
+    y = max(turn - half_width, min(turn + half_width, y))
+    return max(now - half_width, min(now + half_width, y))
+
+
+@kernel
+def turning(chord: tuple[float, float], before: float, now: float, dt: float) -> tuple[float, float, float]:
+    """Return the turning point in a step, or ``before``; travel and length of the step, as ``chord`` of the last.
 
     A sampled signal misses up to an eighth of its second difference at every turn, which is travel that a narrow play
     would have seen. So it turns between the samples, at the vertex of the parabola through the last three; no sample
     knows of those after it.
     """
     travel, length = now - before, dt
+    turn = before
     if chord[1] > 0.0 and dt > 0.0:
         one, other = chord[0] / chord[1], travel / dt
         slope, bend = (chord[1] * other + dt * one) / (chord[1] + dt), 2.0 * (other - one) / (chord[1] + dt)
         # slopes at the first and at the last of the three samples
         if (slope - bend * chord[1]) * (slope + bend * dt) < 0.0:
-            vertex = before - slope * slope / (2.0 * bend)
-            y = max(vertex - half_width, min(vertex + half_width, y))
+            turn = before - slope * slope / (2.0 * bend)
     if dt <= 0.0:
         travel, length = chord
-    return max(now - half_width, min(now + half_width, y)), travel, length
+    return turn, travel, length
 
 
 @kernel

@@ -2,13 +2,8 @@
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @kernel

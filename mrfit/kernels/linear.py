@@ -3,13 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.jit import kernel, part
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Projected = tuple[Array, Array, Array, Array, Mask]
 Solved = tuple[Array, Array, Array, Mask]
 

@@ -13,9 +13,8 @@ A vector's 31 values are W1 by rows, b1, W2 by rows, b2, w3, b3.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.powers import tanh
@@ -71,7 +70,7 @@ def _factors(column: int) -> tuple[int, int]:
 
 
 @kernel
-def _evaluate(rows: Array, theta: Array, columns: NDArray[np.int64], span: tuple[int, int], out: Array) -> None:
+def _evaluate(rows: Array, theta: Array, columns: Index, span: tuple[int, int], out: Array) -> None:
     """Set one vector's out, (1 + C, N), over a span of samples from its inputs in the scratch."""
     first, samples = span
     _layer(rows, (_U, 4, _H1), theta[_W1:_B1], theta[_B1:_W2], samples)
@@ -89,7 +88,7 @@ def _evaluate(rows: Array, theta: Array, columns: NDArray[np.int64], span: tuple
 
 
 @kernel
-def network(drive: Array, lag: Array, theta: Array, columns: NDArray[np.int64]) -> Array:
+def network(drive: Array, lag: Array, theta: Array, columns: Index) -> Array:
     """Return the network's output and its derivatives with respect to some parameters.
 
     Parameters

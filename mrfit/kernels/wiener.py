@@ -16,9 +16,8 @@ q1, q2, zero, tau, f0.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
 
 _LANES = 8
@@ -257,7 +256,7 @@ def _slot(column: int) -> int:
 
 
 @kernel
-def _leave(work: Array, values: Array, columns: NDArray[np.int64], span: tuple[int, int], out: Array) -> None:
+def _leave(work: Array, values: Array, columns: Index, span: tuple[int, int], out: Array) -> None:
     """Set a span of one vector's out, (1 + C, N)."""
     (first, samples), pre, post, offset = span, values[0], values[1], values[_F0]
     pre_rest, post_rest = values[_REST], values[_REST + 1]
@@ -271,7 +270,7 @@ def _leave(work: Array, values: Array, columns: NDArray[np.int64], span: tuple[i
 
 
 @kernel
-def _evaluate(drive: Array, values: Array, dt: float, columns: NDArray[np.int64], work: Array, out: Array) -> None:
+def _evaluate(drive: Array, values: Array, dt: float, columns: Index, work: Array, out: Array) -> None:
     """Set one vector's out, (1 + C, N); values are the vector and, after it, room for what is at rest."""
     (velocity, current), total = drive, drive.shape[1]
     poles, turn = values[_P:_OMEGA], 1.0 / values[_OMEGA]
@@ -310,7 +309,7 @@ def _evaluate(drive: Array, values: Array, dt: float, columns: NDArray[np.int64]
 
 
 @kernel
-def wiener(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64]) -> Array:
+def wiener(drive: Array, theta: Array, dt: float, columns: Index) -> Array:
     """Return the damper's force and its derivatives with respect to some parameters.
 
     Parameters

@@ -13,12 +13,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.polynomial import polyvander
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, InterpolatedUnivariateSpline
 from scipy.special import chdtrc, fdtrc
 
 from mrfit.core.recording import Recording, Segment
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.errors import DataError
 from mrfit.measure.intervals import DRIFT_CHANCE, Estimate, Function, PerCycle, estimate, line_of
 from mrfit.signal.cycles import turning_points
@@ -110,9 +109,9 @@ class CycleSamples:
 
     at: Array
     force: Array
-    there: NDArray[np.bool_]
+    there: Mask
 
-    def within(self, inside: NDArray[np.bool_]) -> "CycleSamples":
+    def within(self, inside: Mask) -> "CycleSamples":
         """Return the samples of some places (N, S)."""
         inside = inside & self.there
         columns = np.flatnonzero(inside.any(axis=0))
@@ -254,7 +253,7 @@ class Cycles:
             found[up] = CycleSamples(there * at, there * self.force[number], there)
         return found
 
-    def _numbers(self, up: bool) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    def _numbers(self, up: bool) -> tuple[Index, Mask]:
         """Return the numbers of the samples of every branch (N, S), and which of them are there."""
         begin, end = self.branch_times(up)
         edge = AT_REVERSAL * self.dt
@@ -394,7 +393,7 @@ class Cycles:
         # corners between samples lie at places that are alike in every cycle: half of the samples show their error
         return PerCycle(values, noise, float(np.max(np.abs(np.mean(values - thin, axis=1)))))
 
-    def placed(self, up: bool, every: slice = slice(None)) -> tuple[NDArray[np.int64], Array, Array]:
+    def placed(self, up: bool, every: slice = slice(None)) -> tuple[Index, Array, Array]:
         """Return cycle, place and force (S,) of the samples of the branches of some cycles."""
         whole = self.branches(up)
         there = whole.there[every]

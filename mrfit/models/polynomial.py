@@ -14,9 +14,8 @@ Source: preyield paper eq. 9, order 12 as recommended there.
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.core.specs import Array, Mask, ModelSpec, Param
 from mrfit.kernels.jit import where
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import evaluate
@@ -84,7 +83,7 @@ def _legendre(u: Array) -> Iterator[Array]:
         before, now = now, ((2 * i + 1) * u * now - i * before) / (i + 1)
 
 
-def _basis(u: Array, rising: NDArray[np.bool_]) -> Array:
+def _basis(u: Array, rising: Mask) -> Array:
     """Return the functions whose weights are a0 ... b12, shape (26, N)."""
     values = np.stack(list(_legendre(u)))
     return np.vstack([values * ~rising, values * rising])

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array, Index, OptimizerSpec, Options
+from mrfit.core.specs import Array, Index, Mask, OptimizerSpec, Options
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
 from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
 from mrfit.optimizers.cost.objective import BudgetSpent, DescentEnd, NoProgress, NormalEquations, Objective, Termination
@@ -20,7 +19,6 @@ SPEC = OptimizerSpec(
     ends=True,
 )
 
-Mask = NDArray[np.bool_]
 
 # Number of descents in the first wave, and in each of those after it.
 FIRST_WAVE, LATER_WAVES = 5, 4

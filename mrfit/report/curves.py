@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.report.numbers import natural, unit_html
 from mrfit.report.source import OutputSeries
 
@@ -20,7 +19,7 @@ BEYOND = 0.5
 _PREFIXES = {-3: "m", -6: "µ", 3: "k", 6: "M"}
 
 
-def decimate(values: Array, limit: int) -> NDArray[np.int64]:
+def decimate(values: Array, limit: int) -> Index:
     """Return indices (at most ``limit``) of the least and greatest value of every stretch, so that no peak is lost.
 
     First and last sample are kept; all indices if there are no more than ``limit``.
@@ -43,7 +42,7 @@ def decimate(values: Array, limit: int) -> NDArray[np.int64]:
     return np.unique(np.append(ends, [0, count - 1]))
 
 
-def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np.int64]:
+def simplified(across: Array, up: Array, tolerance: float = 0.002) -> Index:
     """Return indices of the points that keep a curve in the plane to a tolerance (Ramer, Douglas and Peucker).
 
     Parameters

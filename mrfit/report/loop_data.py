@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.channels import symbol_of
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.curves import BEYOND, decimate, prefixed, shown_cycles, simplified, worst_of_each
 from mrfit.report.figures import LOOPS, axis_label, scale_of
@@ -160,7 +159,7 @@ def _of_output(fits: Sequence[Fit], source: ReportSource, pool: _Pool) -> Output
     )
 
 
-def _points(one: OutputSeries, channels: Sequence[str]) -> NDArray[np.int64]:
+def _points(one: OutputSeries, channels: Sequence[str]) -> Index:
     """Return the samples to draw: evenly over two cycles, else those that keep the loops and every peak."""
     window = shown_cycles(one)
     count = len(one.time[window])

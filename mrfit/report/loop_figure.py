@@ -6,10 +6,9 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.channels import symbol_of
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.errors import DataError
 from mrfit.report import paper
 from mrfit.report.condition_names import differing_parts
@@ -179,7 +178,7 @@ def _draw_curve(axes: "Axes", one: OutputSeries, look: _Look, plane: _Plane, dot
     axes.plot(plane.across * across[at], plane.up * simulated[at], lw=0.9, color=look.colour, ls=look.dashes)
 
 
-def evenly_along(across: Array, up: Array, count: int) -> NDArray[np.int64]:
+def evenly_along(across: Array, up: Array, count: int) -> Index:
     """Return indices of samples at about equal distances along a curve, each axis scaled to its extent.
 
     Parameters

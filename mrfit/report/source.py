@@ -7,12 +7,11 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.channels import INTEGRALS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import Segment
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.core.width import Width
 from mrfit.errors import DataError
 from mrfit.io.memory import check_room
@@ -75,7 +74,7 @@ class OutputSeries:
         }
 
     @property
-    def scored(self) -> NDArray[np.bool_]:
+    def scored(self) -> Mask:
         """Whether each sample is judged, (N,)."""
         return np.arange(len(self.time)) >= self.lead
 

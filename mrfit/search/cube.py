@@ -7,9 +7,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index, ModelSpec, Param
+from mrfit.core.specs import Array, Index, Mask, ModelSpec, Param
 from mrfit.errors import ConfigError
-from mrfit.kernels.cube import Mask, spread_out
+from mrfit.kernels.cube import spread_out
 from mrfit.simulate.current_dependence import base_name
 
 Value = TypeVar("Value")
@@ -27,7 +27,7 @@ class Cube:
     params
         All parameters in the order of theta, bounds and starts as the user changed them.
     free
-        Indices of the parameters that are fitted, shape (F,).
+        Index of the parameters that are fitted, shape (F,).
     """
 
     params: tuple[Param, ...]

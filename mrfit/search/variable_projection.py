@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.cube import stencils, varied_stencils
-from mrfit.kernels.linear import Mask, affine_model, projected, reduced_model, with_last_share
+from mrfit.kernels.linear import affine_model, projected, reduced_model, with_last_share
 from mrfit.optimizers.cost.objective import BLOCK_NUMBERS, DIFFERENCE_STEP, Objective
 from mrfit.search.cube import Cube
 from mrfit.search.problem import LeastSquaresProblem

@@ -5,12 +5,9 @@ A smoother that works across a corner rounds it, and is wrong about the derivati
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.signal.convolution import correlated
-
-Indices = NDArray[np.int64]
 
 # Samples on each side of a place that is tested, at every level of averaging
 SIDE = 12
@@ -37,7 +34,7 @@ CORNER_ROUNDING = 1e-10
 CORNER_GRID = 4_000
 
 
-def find_corners(values: Array, noise: float) -> Indices:
+def find_corners(values: Array, noise: float) -> Index:
     """Return the first sample after each corner of a signal (N,), ascending, at least ``SIDE`` samples apart.
 
     At a corner, two parabolas that end there fit better than one polynomial of degree 5 across. Means over 1, 2, 4 …
@@ -80,20 +77,20 @@ class _Level:
         # where a parabola leaves more than noise, this level does not resolve the signal
         self.rough = usual > ROUGH_EXCESS * noise**2
 
-    def residuals(self, places: Indices) -> tuple[Array, Array]:
+    def residuals(self, places: Index) -> tuple[Array, Array]:
         """Return the sums of squares (C,) that two parabolas and that one quintic leave about places (C,)."""
         windows = np.lib.stride_tricks.sliding_window_view(self.values, CORNER_WINDOW)[places - SIDE]
         windows = windows - windows.mean(axis=1, keepdims=True)
         return _left(windows, SPLIT), _left(windows, SMOOTH)
 
-    def rounding(self, places: Indices) -> Array:
+    def rounding(self, places: Index) -> Array:
         """Return the power (C,) of what two parabolas leave about places (C,) that a bend explains, but no corner."""
         windows = np.lib.stride_tricks.sliding_window_view(self.values, CORNER_WINDOW)[places - SIDE]
         windows = windows - windows.mean(axis=1, keepdims=True)
         explained: Array = np.max((windows @ BENDS) ** 2, axis=1)
         return explained
 
-    def corners(self, known: Indices) -> Indices:
+    def corners(self, known: Index) -> Index:
         """Return the samples of the whole signal at which corners show, clear of those known."""
         places = self._candidates(known)
         gain = self._gain(places)
@@ -108,11 +105,11 @@ class _Level:
         gain = np.where(clear, self._gain(places), 0.0)
         return self.block * _strongest(places[gain > EVIDENCE], gain[gain > EVIDENCE])
 
-    def _gain(self, places: Indices) -> Array:
+    def _gain(self, places: Index) -> Array:
         apart, across = self.residuals(places)
         return (across - apart) / np.maximum(self.power, apart / FREEDOM)
 
-    def _candidates(self, known: Indices) -> Indices:
+    def _candidates(self, known: Index) -> Index:
         """Return the places where a kink or a step explains most for its neighbourhood, away from known corners."""
         centred = self.values - self.values.mean()
         kink, step = (correlated(centred, shape) for shape in (KINK, STEP_SHAPE))
@@ -135,7 +132,7 @@ def greatest_near(values: Array, width: int) -> Array:
     return greatest
 
 
-def _sharp(levels: list[_Level], corners: Indices) -> NDArray[np.bool_]:
+def _sharp(levels: list[_Level], corners: Index) -> Mask:
     """Return which corners neither their own level nor a finer one shows to be rounded."""
     sharp = np.ones(len(corners), dtype=bool)
     for level in levels if len(corners) else []:
@@ -147,7 +144,7 @@ def _sharp(levels: list[_Level], corners: Indices) -> NDArray[np.bool_]:
     return sharp
 
 
-def _strongest(places: Indices, gain: Array) -> Indices:
+def _strongest(places: Index, gain: Array) -> Index:
     """Return the places that gain most, at least ``SIDE`` apart."""
     kept: list[int] = []
     best = 0.0

@@ -4,14 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, Index
 from mrfit.signal.convolution import autocorrelation
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 from mrfit.signal.noise import noise_level
-
-Indices = NDArray[np.int64]
 
 # Swings below these shares of the signal's range are passed over, in turn, coarse first: large cycles are found without
 # regard to noise, small ones in what is left.
@@ -62,7 +59,7 @@ class _Cycle:
     levels: tuple[float, ...]
 
 
-def turning_points(values: Array, swing: float) -> Indices:
+def turning_points(values: Array, swing: float) -> Index:
     """Return the indices of the alternating extremes left when swings below ``swing`` are taken out, smallest first.
 
     The first and the last point are kept as ends of their swings, unless those swings are too small.
@@ -88,7 +85,7 @@ def turning_points(values: Array, swing: float) -> Indices:
         points = points[~gone]
     if len(points) == 2 and abs(values[points[1]] - values[points[0]]) < swing:
         return np.empty(0, dtype=np.int64)
-    kept: Indices = points.astype(np.int64)
+    kept: Index = points.astype(np.int64)
     return kept
 
 
@@ -183,7 +180,7 @@ def _cycles(values: Array, limits: tuple[int, int], swing: float, levels: Sequen
     return cycles
 
 
-def _crossings(values: Array, points: Indices) -> Array:
+def _crossings(values: Array, points: Index) -> Array:
     """Return where each swing crosses its middle, in samples: by counting, so that noise averages out."""
     middle = (values[points[:-1]] + values[points[1:]]) / 2
     lengths = np.diff(points)

@@ -14,12 +14,12 @@ from math import sqrt
 import numpy as np
 
 from mrfit.core.remembered import remembered
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.filters import play
 from mrfit.kernels.memory import decayed
 from mrfit.signal.convolution import correlation_time
 from mrfit.signal.noise import noise_level, quantisation
-from mrfit.signal.noise_floor import Mask, NoiseFloor, measured_samples, not_known
+from mrfit.signal.noise_floor import NoiseFloor, measured_samples, not_known
 
 # Fewest measured samples, and the most that are looked at
 REGRESSION_SAMPLES_MIN, REGRESSION_SAMPLES_MAX = 600, 20_000

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.signal.noise import noise_level, quantisation
 from mrfit.signal.runs import runs
 
-Mask = NDArray[np.bool_]
 Method = Literal["cycles", "repeats", "regression", "other records", "not known"]
 # Fewest samples on one straight line that no noisy channel has by chance
 PATCH_SAMPLES = 8

@@ -1,9 +1,8 @@
 """Whole pieces of a signal, between two corners, as one polynomial of the lowest degree that leaves noise."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array, Index, Mask
 
 PIECE_ORDER_MAX = 3
 # Parts of a piece whose mean residuals tell a bend from noise, and standard errors by which they may do so
@@ -15,9 +14,7 @@ MEET, MISPLACED = 4.0, 5.0
 NEWTON = 3
 
 
-def lowest_polynomials(
-    values: Array, starts: Index, stops: Index, noise: float, derivative: int
-) -> tuple[Array, NDArray[np.bool_]]:
+def lowest_polynomials(values: Array, starts: Index, stops: Index, noise: float, derivative: int) -> tuple[Array, Mask]:
     """Return the polynomials or their derivative per sample, (N,), and for which pieces (P,) they leave noise.
 
     The degree minimises the Bayesian information criterion; the polynomial stands if the means of its residual over 16
@@ -76,7 +73,7 @@ def _evaluated(coefficients: Array, starts: Index, lengths: Index, met: Index, d
     return _at(np.repeat(coefficients, shared, axis=0), at, derivative) / half**derivative
 
 
-def _meeting(coefficients: Array, starts: Index, lengths: Index, stands: NDArray[np.bool_], noise: float) -> Index:
+def _meeting(coefficients: Array, starts: Index, lengths: Index, stands: Mask, noise: float) -> Index:
     """Return the pieces' first samples (P,), moved to where neighbouring polynomials cross, if they meet but for noise.
 
     Where two lines cross is known far better than where noise parts them best.
@@ -110,7 +107,7 @@ def _at(coefficients: Array, at: Array, derivative: int) -> Array:
     return total
 
 
-def _leaves_noise(residual: Array, starts: Index, lengths: Index, noise: float) -> NDArray[np.bool_]:
+def _leaves_noise(residual: Array, starts: Index, lengths: Index, noise: float) -> Mask:
     """Return for which pieces the residual is noise, in the small and over a 16th of the piece."""
     cuts = starts[:, None] + lengths[:, None] * np.arange(POLYNOMIAL_PARTS) // POLYNOMIAL_PARTS
     counts = np.diff(np.concatenate([cuts, (starts + lengths)[:, None]], axis=1), axis=1)
@@ -121,5 +118,5 @@ def _leaves_noise(residual: Array, starts: Index, lengths: Index, noise: float) 
     used = np.sum(counts > 0, axis=1)
     power = np.add.reduceat(residual**2, starts) / noise**2
     few = misfit <= 1.1 * (used + MISFIT * np.sqrt(2.0 * used))
-    leaves: NDArray[np.bool_] = few & (power <= 1.1 * (lengths + MISFIT * np.sqrt(2.0 * lengths)))
+    leaves: Mask = few & (power <= 1.1 * (lengths + MISFIT * np.sqrt(2.0 * lengths)))
     return leaves

@@ -9,12 +9,11 @@ from functools import cached_property
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.windows import moving_mean
 from mrfit.signal.convolution import correlated
-from mrfit.signal.corners import SIDE, Indices, find_corners
+from mrfit.signal.corners import SIDE, find_corners
 from mrfit.signal.cycles import without_small_swings
 from mrfit.signal.noise import white_part
 from mrfit.signal.polynomial_pieces import PIECE_ORDER_MAX, lowest_polynomials
@@ -42,20 +41,20 @@ DIRECT = 64
 class SmoothRanges:
     """The ranges between corners; window ends and averages stay within them."""
 
-    starts: Indices
-    stops: Indices
+    starts: Index
+    stops: Index
 
     @classmethod
-    def between(cls, corners: Indices, samples: int) -> "SmoothRanges":
+    def between(cls, corners: Index, samples: int) -> "SmoothRanges":
         """Return the pieces between the first samples after corners."""
         return cls(np.concatenate([[0], corners]), np.concatenate([corners, [samples]]))
 
     @property
-    def lengths(self) -> Indices:
+    def lengths(self) -> Index:
         """Samples in each piece."""
         return self.stops - self.starts
 
-    def spread(self, of_each: Array | NDArray[np.bool_] | Indices) -> np.ndarray:
+    def spread(self, of_each: Array | Mask | Index) -> np.ndarray:
         """Return for every sample the entry of its piece."""
         return np.repeat(of_each, self.lengths)
 
@@ -171,7 +170,7 @@ class Smoother:
         white = np.full(len(_windows(len(self.values), 0)), self.level**2)
         return white if self.noise is not None else _coloured(self.values - self.offset, self.pieces.starts, white)
 
-    def near_corners(self) -> NDArray[np.bool_]:
+    def near_corners(self) -> Mask:
         """Return which samples (N,) lie near a corner."""
         near = np.zeros(len(self.values), dtype=bool)
         for offset in range(-SIDE, SIDE):
@@ -200,7 +199,7 @@ class Smoother:
             found.values = without_small_swings(found.values, swing) + self.offset
         return found
 
-    def _polynomials(self, derivative: int, noisy: bool) -> tuple[Mixture, NDArray[np.bool_]]:
+    def _polynomials(self, derivative: int, noisy: bool) -> tuple[Mixture, Mask]:
         """Return the pieces that are one polynomial each, and which of the pieces (P,) are."""
         pieces, samples = self.pieces, len(self.values)
         whole = np.zeros(len(pieces.starts), dtype=bool)
@@ -222,7 +221,7 @@ class Smoother:
         return self._smoothed(0)
 
 
-def _coloured(values: Array, starts: Indices, power: Array) -> Array:
+def _coloured(values: Array, starts: Index, power: Array) -> Array:
     """Return the noise's power as each of the windows (W,) sees it, at least that of white noise.
 
     The power of the difference between one window and another half as wide is the signal's spectrum about one
@@ -319,9 +318,7 @@ class _Ladder:
         self._mix(mixture, last, len(windows) - 1, windows[-1], agree)
         return mixture
 
-    def _mix(
-        self, mixture: Mixture, new: tuple[Array, Array], number: int, window: _Window, where: NDArray[np.bool_]
-    ) -> None:
+    def _mix(self, mixture: Mixture, new: tuple[Array, Array], number: int, window: _Window, where: Mask) -> None:
         """Mix in a window's estimates where all about agrees, by weights that change slowly."""
         if number == 0 or not where.any():
             return

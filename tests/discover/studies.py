@@ -9,10 +9,12 @@ from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
+from mrfit.kernels.filters import play
 
 PER_CYCLE, CYCLES, NOISE = 250, 6, 2.0
 TESTS = tuple((f, x) for f in (1.0, 2.0, 4.0) for x in (0.005, 0.01, 0.015))
 GAS_COLUMN = 0.05
+STAIRS, RIPPLE = (0.0, 0.5, 1.0, 0.5, 0.0, 1.0), 0.02
 LAW = {"fy": 300.0, "a1": 60.0, "c": 800.0, "k": 2000.0}
 
 
@@ -30,9 +32,13 @@ def workspace(
     gas: float = 0.0,
     bump: float = 0.0,
     branch: float = 0.0,
+    magnetism: float = 0.0,
     tests: tuple[tuple[float, float], ...] = TESTS,
 ) -> Workspace:
-    """A workspace of sine tests on such a damper, perhaps with a gas force, local friction or a Maxwell branch."""
+    """A workspace of sine tests on such a damper, perhaps with a gas force, local friction or a Maxwell branch.
+
+    With residual magnetism (A) the current is logged too: stairs of a cycle each, with the ripple of a switched coil.
+    """
     rng = np.random.default_rng(7)
     made = Workspace(folder)
     records = []
@@ -45,6 +51,11 @@ def workspace(
         # a Maxwell branch, settled; its time constant is 20 ms
         total += branch * stroke * omega * np.cos(omega * t - np.arctan(0.02 * omega)) / np.hypot(1.0, 0.02 * omega)
         name = f"{frequency:g}Hz-{1e3 * stroke:g}mm"
+        channels, units = {"displacement": x}, {"displacement": "m", "force": "N"}
+        if magnetism:
+            channels["current"] = np.repeat(STAIRS, PER_CYCLE) + RIPPLE * np.sin(0.5 * np.arange(len(t)))
+            units["current"] = "A"
+            total *= 1.0 + play(channels["current"], magnetism)
         records.append(
             Recording(
                 id=name,
@@ -53,8 +64,8 @@ def workspace(
                 reader="none",
                 dt=1 / (PER_CYCLE * frequency),
                 start=0.0,
-                channels={"displacement": x, "force": total + NOISE * rng.standard_normal(len(t))},
-                units={"displacement": "m", "force": "N"},
+                channels={**channels, "force": total + NOISE * rng.standard_normal(len(t))},
+                units=units,
             )
         )
     for record in records:

@@ -356,3 +356,23 @@ def test_what_may_be_noise_is_not_held_against_effects() -> None:
 def test_what_was_taken_back_is_told_of_the_error_left() -> None:
     assert rules.clearly_left(3.0, 0.0, True, STANDARD)
     assert not rules.clearly_left(1.2, 0.0, True, STANDARD)
+
+
+def test_an_effect_that_takes_the_error_to_the_noise_where_it_was_fitted_is_beyond_chance() -> None:
+    def taken(before: float, after: float) -> bool:
+        base = fit(1.08, train=before)
+        return rules.beyond_chance(rules.claim("a", base, fit(0.97, "a", train=after), base, STANDARD), STANDARD)
+
+    assert taken(2.4, 0.84)
+    assert not taken(1.4, 0.84)
+    assert not taken(2.4, 1.6)
+
+
+def test_a_rival_that_errs_where_it_was_fitted_is_no_equal_of_one_that_does_not() -> None:
+    def worse(winner: float, rival: float) -> bool:
+        return rules.fits_worse(fit(1.0, train=winner), fit(1.1, train=rival), STANDARD)
+
+    assert worse(0.99, 1.25)
+    assert not worse(0.99, 1.15)
+    assert not worse(1.19, 1.22)
+    assert not worse(1.25, 2.0)

@@ -18,6 +18,7 @@ from mrfit.discover.selection.exact_base import decide, select
 from mrfit.discover.selection.questions import Join, refit
 from mrfit.fit.select import load_recordings
 from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import workspace
 
 NAMES = ("inertia", "quadratic-drag", "coulomb-friction", "temperature", "force-offset")
@@ -99,3 +100,16 @@ def test_the_same_optimum_is_one_row_and_the_decision_from_the_table_is_that_of_
     assert (chosen.verdict, chosen.named) == ("named", ("inertia",))
     assert chosen == decide(source, STANDARD)
     assert chosen.final.holdout == source.refit_of(chosen.final).chi("holdout")
+
+
+def test_a_play_wider_than_the_ripple_of_a_current_is_seen(tmp_path: Path) -> None:
+    """A narrower one only takes the ripple away, of which the force has little."""
+    study = workspace(tmp_path, magnetism=0.15, tests=((1.0, 0.01), (3.0, 0.005)))
+    effects = [registry.load("effect", name).SPEC for name in ("residual-magnetism", "inertia")]
+    segments = study.read_segments()
+    law = CurrentDependence(tuple((name, 1) for name in ("fy", "c", "k")), 0.0, 1.0)
+    bench = build_bench(segments, load_recordings(study, segments), assemble("tanh", law), effects)
+    found = Fitter(bench, "tanh", law, {}, {}, lambda effects, point: None)
+    first, other = (s.candidate for s in screen(found, found.first(0), effects, STANDARD))
+    assert first.name == "residual-magnetism" and first.gain > 0.5 > 0.05 > other.gain
+    assert first.start["residual-magnetism.w"] == pytest.approx(0.15, rel=0.7)

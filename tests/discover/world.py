@@ -41,6 +41,8 @@ class World:
         Of an effect.
     shapes
         Where in its range an effect's shape parameters end.
+    values
+        Of an effect's other parameters, as ``a.k``.
     growing, predicted, repeating
         What else is asked of a fit.
     searched
@@ -54,6 +56,7 @@ class World:
     falls: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     shapes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    values: Mapping[str, float] = field(default_factory=dict)
     growing: Mapping[str, Growth] = field(default_factory=dict)
     predicted: float = 0.0
     repeating: Repetition = field(default_factory=lambda: Repetition(0.0))
@@ -71,9 +74,12 @@ class World:
     def library(self) -> dict[str, LibraryEffect]:
         """Effects with their aliases and the names of their shapes."""
         return {
-            n: LibraryEffect(n, frozenset(self.aliases.get(n, ())), frozenset(self.shapes.get(n, {})))
+            n: LibraryEffect(n, frozenset(self.aliases.get(n, ())), frozenset({*self.shapes.get(n, {}), *self._own(n)}))
             for n in self.names
         }
+
+    def _own(self, effect: str) -> list[str]:
+        return [key.partition(".")[2] for key in self.values if key.startswith(f"{effect}.")]
 
     @property
     def base(self) -> Fit:
@@ -85,7 +91,8 @@ class World:
         own = set(effects)
         error = min(e for known, e in self.errors.items() if set(known) <= own)
         shapes = {e: self.shapes[e] for e in sorted(own) if e in self.shapes}
-        return Fit(hash((tuple(sorted(own)), error)), tuple(sorted(own)), error, error, {}, shapes)
+        values = {f"{e}.{k}": self.values[f"{e}.{k}"] for e in sorted(own) for k in self._own(e)}
+        return Fit(hash((tuple(sorted(own)), error)), tuple(sorted(own)), error, error, values, shapes)
 
     def ask_screening(self) -> EffectScreening:
         """Return the first screening."""

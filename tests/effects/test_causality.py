@@ -16,12 +16,12 @@ Effect = Callable[[np.ndarray], np.ndarray]
 
 def friction(x: np.ndarray) -> np.ndarray:
     channels = {"displacement": 0.01 * x, "velocity": np.full(len(x), 0.01)}
-    return coulomb_friction.term(channels, np.array([[60.0, 5e-4, 3e-4]]), DT)[0]
+    return coulomb_friction.term(channels, np.array([[60.0, 5e-4, 0.5, 3e-4]]), DT)[0]
 
 
 def falling(x: np.ndarray) -> np.ndarray:
     channels = {"displacement": 0.01 * x, "velocity": np.full(len(x), 0.01)}
-    return stribeck.term(channels, np.array([[40.0, 0.03, 1.5, 5e-4, 3e-4]]), DT)[0]
+    return stribeck.term(channels, np.array([[40.0, 0.03, 1.5, 5e-4, 0.5, 3e-4]]), DT)[0]
 
 
 def play(x: np.ndarray) -> np.ndarray:

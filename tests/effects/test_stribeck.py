@@ -5,14 +5,14 @@ import pytest
 
 from mrfit.effects.stribeck import term
 
-STRENGTH, VELOCITY, REACH, TURN = 80.0, 0.02, 1e-5, 1e-5
+STRENGTH, VELOCITY, REACH, BREADTH, TURN = 80.0, 0.02, 1e-5, 0.5, 1e-5
 
 
 def force(speeds: np.ndarray, power: float = 2.0) -> np.ndarray:
     """Friction of a seal that has slipped one way for long, at these speeds."""
     sign = np.sign(speeds[-1])
     channels = {"displacement": sign * (1.0 + np.arange(len(speeds))), "velocity": speeds}
-    return term(channels, np.array([[STRENGTH, VELOCITY, power, REACH, TURN]]), 1e-3)[0]
+    return term(channels, np.array([[STRENGTH, VELOCITY, power, REACH, BREADTH, TURN]]), 1e-3)[0]
 
 
 @pytest.mark.parametrize("power", [0.5, 1.0, 2.0])

@@ -16,7 +16,7 @@ RECORD = ("integrator-offset", "probe-skew", "resistance-error", "resistance-hea
 # Effects' parameters away from neutral: what a damper or coil may have; of others a tenth of the way to their bounds
 STRENGTH: dict[str, tuple[float, ...]] = {
     "asymmetry": (0.3, -0.2, 0.02),
-    "coulomb-friction": (60.0, 5e-4, 3e-4),
+    "coulomb-friction": (60.0, 5e-4, 0.7, 3e-4),
     "current-filter": (0.02, 0.15, 0.3, 0.0053),
     "current-lag": (0.02, 0.0043),
     "current-saturation": (0.5, 2.5),
@@ -30,7 +30,7 @@ STRENGTH: dict[str, tuple[float, ...]] = {
     "quadratic-drag": (900.0, 0.02),
     "residual-magnetism": (0.1,),
     "slow-release": (0.4, 0.05),
-    "stribeck": (40.0, 0.03, 1.5, 5e-4, 3e-4),
+    "stribeck": (40.0, 0.03, 1.5, 5e-4, 0.4, 3e-4),
     "temperature": (0.01, 0.006),
     "temperature-polynomial": (-0.4, 0.2, -0.1),
     "velocity-hysteresis": (3.0, 0.01),

@@ -21,8 +21,8 @@ EFFECTS = {
     "current-filter": (0.02, 0.15, 0.3, 0.0033),
     "current-lag": (0.02, 0.0037),
     "velocity-hysteresis": (0.0, 0.05),
-    "coulomb-friction": (50.0, 1e-4, 1e-3),
-    "stribeck": (50.0, 0.02, 2.0, 2e-5, 3e-4),
+    "coulomb-friction": (50.0, 1e-4, 0.6, 1e-3),
+    "stribeck": (50.0, 0.02, 2.0, 2e-5, 0.5, 3e-4),
     "force-filter": (0.004, 0.5, 0.25, 0.125, 0.375, 0.7),
     "delay": (0.006, 0.4),
 }

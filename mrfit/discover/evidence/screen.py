@@ -7,6 +7,7 @@ effects apart.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
@@ -175,7 +176,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
     centre = np.array([here.get(n, p.start) for n, p in zip(names, cube.params, strict=True)])
     residuals = fitter.thinned(assembly, cube)
     trials = []
-    for shapes in _shape_grid(effect):
+    for shapes, share in product(_shape_grid(effect), _steps(effect)):
         theta = centre.copy()
         for n, value in shapes.items():
             theta[names.index(n)] = value
@@ -184,7 +185,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
             if p.role == "shape":
                 continue
             row = theta.copy()
-            step = STANDARD.screening_step * (p.high - p.low) * (1.0 if neutral < p.high else -1.0)
+            step = share * (p.high - p.low) * (1.0 if neutral < p.high else -1.0)
             row[names.index(f"{effect.name}.{p.name}")] = neutral + step
             rows.append(row)
             steps.append(step)
@@ -192,6 +193,14 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
         columns = ((simulated[1:] - simulated[0]) / np.array(steps)[:, None]).T
         trials.append(_ShapeTrial(columns, shapes))
     return trials
+
+
+def _steps(effect: EffectSpec) -> list[float]:
+    """Return the steps from neutral, as shares of a parameter's range, over which a sensitivity is taken.
+
+    What changes an input is not linear in its strength: a play narrower than an input's ripple leaves it as it is.
+    """
+    return [STANDARD.screening_step, *(STANDARD.screened_signed_shapes if effect.slot == "input" else ())]
 
 
 def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:

@@ -10,6 +10,7 @@ from mrfit.discover.selection.rules import (
     beyond_chance,
     claim,
     comparable,
+    fits_worse,
     helps,
     leaves_far_more,
     limits,
@@ -60,7 +61,7 @@ class Inquiry:
         trial = claim(name, before, after, base or self.base, self.policy, alike)
         if not helps(trial, self.policy):
             return trial
-        if not trial.overwhelms:
+        if not (trial.overwhelms or trial.settles):
             trial = replace(trial, score=self.source.fall(before, after))
         if beyond_chance(trial, self.policy):
             trial = replace(trial, strength=self.source.strength(after, name))
@@ -127,7 +128,7 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
         inquiry.source,
         Join(
             (*present.effects, winner.name, rival.name),
-            ({**rival.fit.values, **winner.fit.values}, winner.fit.values),
+            ({**rival.fit.values, **winner.fit.values}, winner.fit.values, _halves(inquiry, winner, rival)),
         ),
     )
     # each is fitted again from where it came to stand beside the other, which may be lower
@@ -151,6 +152,15 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
     return _without_proof(inquiry, ending, rival)
 
 
+def _halves(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> dict[str, float]:
+    """Return values of two effects together, half of each one's strength: alone it took part of the other's share."""
+    values = {**rival.fit.values, **winner.fit.values}
+    for trial in (winner, rival):
+        for name in inquiry.source.library[trial.name].parameters - trial.fit.shapes.get(trial.name, {}).keys():
+            values[f"{trial.name}.{name}"] *= 0.5
+    return values
+
+
 def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> DuelResult:
     """Settle between two of which neither has proof beside the other."""
     winner, policy, library = ending.winner, inquiry.policy, inquiry.source.library
@@ -167,8 +177,17 @@ def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> 
 
 
 def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bool:
-    """Return whether a rival leaves far more of held-out conditions, and significantly so."""
+    """Return whether a rival leaves far more of held-out conditions, significantly so, or does not even fit the others.
+
+    What a wider form takes more than a narrow one counts only where it is a visible share of the gap.
+    """
+    if fits_worse(winner.fit, rival.fit, inquiry.policy):
+        return True
     if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
+        return False
+    if widens(winner, rival, inquiry.source.library) and takes_little_more(
+        inquiry.base, rival.fit, winner.fit, inquiry.policy
+    ):
         return False
     return inquiry.source.fall(rival.fit, winner.fit) > inquiry.policy.holdout_clear
 

@@ -24,6 +24,8 @@ class EffectTrial:
         Share of the squared hold-out error taken away; 0 if it is no visible share of the base's gap.
     overwhelms
         Whether it takes nearly all of what is left, far above the noise.
+    settles
+        Whether it does so where it was fitted.
     needed
         Standard errors from neutral that are asked of it.
     score
@@ -36,6 +38,7 @@ class EffectTrial:
     fit: Fit
     gain: float
     overwhelms: bool
+    settles: bool
     needed: float
     score: float = 0.0
     strength: float = 0.0
@@ -74,7 +77,7 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
     Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
     """
     gaps, lefts, rests = _gaps(base, before, after)
-    shares, of_rest = (lefts - rests) / gaps, float((lefts - rests)[1] / lefts[1])
+    shares, (of_fitted, of_rest) = (lefts - rests) / gaps, (lefts - rests) / lefts
     least = policy.least_gap
     if set(alike) & set(before.effects):
         least = policy.least_gap_of_alike
@@ -82,10 +85,11 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
         least = policy.least_gap_of_the_rest
     gain = float(1.0 - (after.holdout / before.holdout) ** 2) if shares.max() > least else 0.0
     far = before.holdout > policy.above_noise
-    overwhelms = of_rest > policy.overwhelming and far
+    overwhelms = bool(of_rest > policy.overwhelming and far)
+    settles = bool(of_fitted > policy.overwhelming and before.train > policy.above_noise)
     first = before == base and of_rest > policy.half and far
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
-    return EffectTrial(name, after, gain, overwhelms, needed)
+    return EffectTrial(name, after, gain, overwhelms, settles, needed)
 
 
 def _gaps(*fits: Fit) -> list[np.ndarray]:
@@ -119,8 +123,11 @@ def helps(trial: EffectTrial, policy: Policy) -> bool:
 
 
 def beyond_chance(trial: EffectTrial, policy: Policy) -> bool:
-    """Return whether what an effect takes on held-out conditions is more than chance does."""
-    return trial.overwhelms or trial.score > policy.holdout_clear
+    """Return whether what an effect takes on held-out conditions is more than chance does.
+
+    Few of them may show it little. Chance does not take the error where it was fitted to the noise, and lower theirs.
+    """
+    return trial.overwhelms or trial.settles or trial.score > policy.holdout_clear
 
 
 def objection(trial: EffectTrial, policy: Policy) -> str:
@@ -148,6 +155,15 @@ def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
     """Return whether a rival leaves so much more that a wrong form of the winner is no excuse."""
     least, other = (max(fit.holdout**2 - 1.0, 0.0) for fit in (winner, rival))
     return other > policy.far_behind * least
+
+
+def fits_worse(winner: Fit, rival: Fit, policy: Policy) -> bool:
+    """Return whether a rival errs beyond the noise even where it was fitted, and the winner does not.
+
+    Few held-out conditions may show neither of two effects, which all that were fitted tell apart.
+    """
+    least, other = (max(fit.train**2 - 1.0, 0.0) for fit in (winner, rival))
+    return winner.train <= policy.examined_above_floor < rival.train and other > policy.far_behind * least
 
 
 def limits(fit: Fit, effect: str, rival: LibraryEffect, policy: Policy) -> int:

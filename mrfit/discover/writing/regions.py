@@ -4,15 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.channels import CONTROL, MOTION, unit_of
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.discover.evidence.bench import Bench, Stretch
 from mrfit.discover.evidence.refit import Refit, usual
 from mrfit.discover.policy import STANDARD, Policy
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

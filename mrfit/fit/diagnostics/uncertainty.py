@@ -16,13 +16,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri, stdtrit
 
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.memory import decayed
-
-Mask = NDArray[np.bool_]
 
 # Central differences in cube coordinates: truncation ~1e-8, table noise 1e-9 / 1e-4 = 1e-5 of a column
 SENSITIVITY_STEP = 1e-4

@@ -15,9 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index, ModelSpec
+from mrfit.core.specs import Array, Index, Mask, ModelSpec
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
-from mrfit.kernels.cube import Mask
 from mrfit.search.cube import Cube
 from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.starts import OTHER_LEVELS, LevelFit, descended

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mrfit.core.specs import Mask
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Block, Lines, RejectedRows, Source, Table
@@ -308,7 +308,7 @@ def _between_rows(data: Text, base: int) -> Iterator[_Stretch]:
             yield _Stretch(int(starts[lines[0]]), int(starts[rows[after]]), base + int(lines[0]))
 
 
-def _worded_rows(data: Text, starts: Lines, others: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _worded_rows(data: Text, starts: Lines, others: Mask) -> Mask:
     """Return the mask of lines, but ``others``, that have a number behind the word that they begin with."""
     cell = re.compile(rb'[,;\t| ][ "]*[+-]?[.,]?\d[\d.,]*(?:[eE][+-]?\d+)?[ "]*(?:[,;\t|\r\n]|$)')
     edges = np.append(starts, len(data))

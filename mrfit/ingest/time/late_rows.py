@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.ingest import series
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
@@ -18,7 +17,7 @@ BY_CHANCE = 4.0
 """Standard deviations above their expected number from which rows that agree are no accident."""
 
 
-def late_rows(columns: Sequence[Array]) -> NDArray[np.int64]:
+def late_rows(columns: Sequence[Array]) -> Index:
     """Return the rows in which every channel repeats the row before, where that is not chance.
 
     Channels of a coarse converter repeat values, the more the slower they move, and now and then all of them do so in
@@ -53,13 +52,13 @@ def late_rows(columns: Sequence[Array]) -> NDArray[np.int64]:
         in_motion.append(moving[stands] & np.any(goes_on, axis=0))
     rows_standing, late = np.concatenate(standing), np.concatenate(in_motion)
     group = np.cumsum(np.diff(rows_standing, prepend=-1) > 1) - 1
-    found: NDArray[np.int64] = rows_standing[late & (np.bincount(group)[group] <= FILL_AT_MOST)]
+    found: Index = rows_standing[late & (np.bincount(group)[group] <= FILL_AT_MOST)]
     return found if len(found) > chance + BY_CHANCE * np.sqrt(chance) else found[:0]
 
 
-def _counts(mask: NDArray[np.bool_], first: int, last: int, ends: Literal["constant", "edge"]) -> NDArray[np.int64]:
+def _counts(mask: Mask, first: int, last: int, ends: Literal["constant", "edge"]) -> Index:
     """Return the number (C, N) of true entries among k + first … k + last, for each entry k of a mask (C, N)."""
     reach, size = max(-first, last), mask.shape[1]
     sums = np.cumsum(np.pad(mask, ((0, 0), (reach + 1, reach)), mode=ends), axis=1, dtype=np.int64)
-    counts: NDArray[np.int64] = sums[:, reach + last + 1 :][:, :size] - sums[:, reach + first :][:, :size]
+    counts: Index = sums[:, reach + last + 1 :][:, :size] - sums[:, reach + first :][:, :size]
     return counts

@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.core.recording import Finding
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.ingest import series
 from mrfit.ingest.text.printed import print_step
 from mrfit.ingest.time.numbering import GRID_TOLERANCE, Clock, line, places
@@ -27,7 +26,7 @@ MISSING_AT_MOST = 0.15
 SAID_ONE_BY_ONE = 3
 """More cuts of one kind than this are said in one line."""
 
-Rows = NDArray[np.int64]
+Rows = Index
 
 
 class TimeFault(ValueError):
