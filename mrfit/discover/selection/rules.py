@@ -24,24 +24,24 @@ class EffectTrial:
         Share of the squared hold-out error taken away; 0 if it is no visible share of the base's gap.
     overwhelms
         Whether it takes nearly all of what is left, far above the noise.
-    settles
-        Whether it does so where it was fitted.
     needed
         Standard errors from neutral that are asked of it.
     score
         Standard score of the fall in squared hold-out error; 0 where it was not asked for.
     strength
         Standard errors of the effect's parameter from neutral; 0 where they were not asked for.
+    settles
+        Whether it takes nearly all of what is left where it was fitted, far above the noise.
     """
 
     name: str
     fit: Fit
     gain: float
     overwhelms: bool
-    settles: bool
     needed: float
     score: float = 0.0
     strength: float = 0.0
+    settles: bool = False
 
 
 # --- what is worth a refit
@@ -89,7 +89,7 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
     settles = bool(of_fitted > policy.overwhelming and before.train > policy.above_noise)
     first = before == base and of_rest > policy.half and far
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
-    return EffectTrial(name, after, gain, overwhelms, settles, needed)
+    return EffectTrial(name, after, gain, overwhelms, needed, settles=settles)
 
 
 def _gaps(*fits: Fit) -> list[np.ndarray]:
