@@ -17,7 +17,7 @@ import matplotlib.figure
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from threadpoolctl import threadpool_limits
 
@@ -438,6 +438,7 @@ def test_options_may_have_the_commands_names(logs: list[mrfit.Recording]) -> Non
 
 
 @settings(max_examples=25, deadline=None)
+@example(values=[0.0, 1.0, -1.0, -1.0, 0.0, -2.0], unit=("mm", 1e-3), dt=9.0)
 @given(
     # below 999, the least number that stands for a missing one: ingest/meaning/marks.py
     st.lists(st.floats(-998.0, 998.0), min_size=3, max_size=50),

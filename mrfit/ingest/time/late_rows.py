@@ -9,6 +9,8 @@ from mrfit.core.specs import Array, Index, Mask
 from mrfit.ingest import series
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
+FEWEST_ROWS = 100
+"""A shorter log is not judged: of few rows it cannot be told how often they agree."""
 NEAR_ROWS, NEAR_STEPS = 4, 0.5
 """Rows on each side of a late one, and the least share of them in which a channel moves."""
 CHANCE_REACH = 16
@@ -34,6 +36,8 @@ def late_rows(columns: Sequence[Array]) -> Index:
     # a channel that stands in two columns moves once
     columns = list({c[: series.SERIES_CHUNK].tobytes(): c for c in columns}.values())
     rows, chance = len(columns[0]) - 1, 0.0
+    if rows < FEWEST_ROWS:
+        return np.empty(0, dtype=np.int64)
     standing, in_motion = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.bool_)]
     for begin, end in series.spans(rows):
         low, high = max(begin - NEAR_ROWS, 0), min(end + NEAR_ROWS, rows)
