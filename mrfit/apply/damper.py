@@ -84,7 +84,7 @@ class Damper:
         parameters = tuple((n, v) for n, v in self.parameters if n.partition(".")[0] not in effects)
         return replace(self, model="+".join([base, *kept]), parameters=parameters)
 
-    def prompt(self) -> "Damper":
+    def lagless(self) -> "Damper":
         """Return it without lags of its field."""
         return self.without("current-lag", "current-filter", "residual-magnetism", "slow-release")
 

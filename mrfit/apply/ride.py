@@ -213,7 +213,7 @@ def quarter_car(  # noqa: PLR0913
     """
     amplifier = amplifier or Amplifier()
     damper = damper.without("delay")
-    prompt = damper.prompt()
+    prompt = damper.lagless()
     pairs = [(control, road) for road in roads for control in controls]
     steppers = {True: Stepper(damper)} | ({False: Stepper(prompt)} if prompt != damper else {})
     rows: list[schemas.RideRow] = []

@@ -260,7 +260,7 @@ def tracking(  # noqa: PLR0913
             raise ConfigError(f"--scheme takes {', '.join(SCHEMES)}, not '{scheme}'")
     amplifier, gains = amplifier or Amplifier(), gains or Gains()
     variants = {True: (damper, plant)}
-    lagless = damper.prompt(), plant.prompt()
+    lagless = damper.lagless(), plant.lagless()
     if lagless != (damper, plant):
         variants[False] = lagless
     cases: list[TrackingCase] = []

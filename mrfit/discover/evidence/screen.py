@@ -7,7 +7,6 @@ effects apart.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
 
 import numpy as np
 
@@ -126,8 +125,7 @@ def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -
 def _within(effect: EffectSpec, coefficients: Array) -> Array:
     """Return steps from neutral that stay inside the bounds; a step the bounds forbid is none."""
     steps = coefficients.copy()
-    moving = [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
-    for k, (p, neutral) in enumerate(moving):
+    for k, (p, neutral) in enumerate(_strengths(effect)):
         steps[k] = float(np.clip(neutral + steps[k], p.low, p.high)) - neutral
     return steps
 
@@ -152,8 +150,7 @@ def _screening(
     variance = sum(float(long_run_covariance((s - s.mean())[:, None])[0, 0]) for s in scores)
     strength = abs(float(data.errors @ direction)) / np.sqrt(variance) if variance > 0 else 0.0
     values = dict(start)
-    moving = [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
-    for (p, neutral), step in zip(moving, steps, strict=True):
+    for (p, neutral), step in zip(_strengths(effect), steps, strict=True):
         smallest = STANDARD.screening_step * (p.high - p.low)
         away = step if abs(step) > smallest else np.copysign(smallest, step)
         values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
@@ -176,23 +173,31 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
     centre = np.array([here.get(n, p.start) for n, p in zip(names, cube.params, strict=True)])
     residuals = fitter.thinned(assembly, cube)
     trials = []
-    for shapes, share in product(_shape_grid(effect), _steps(effect)):
+    strengths = _strengths(effect)
+    moves = [
+        [share * (p.high - p.low) * (1.0 if n < p.high else -1.0) for p, n in strengths] for share in _steps(effect)
+    ]
+    for shapes in _shape_grid(effect):
         theta = centre.copy()
         for n, value in shapes.items():
             theta[names.index(n)] = value
-        rows, steps = [theta], []
-        for p, neutral in zip(effect.params, effect.neutral, strict=True):
-            if p.role == "shape":
-                continue
+        rows = [theta]
+        for (p, neutral), step in (pair for steps in moves for pair in zip(strengths, steps, strict=True)):
             row = theta.copy()
-            step = share * (p.high - p.low) * (1.0 if neutral < p.high else -1.0)
             row[names.index(f"{effect.name}.{p.name}")] = neutral + step
             rows.append(row)
-            steps.append(step)
         simulated = residuals(cube.to_points(np.array(rows)))
-        columns = ((simulated[1:] - simulated[0]) / np.array(steps)[:, None]).T
-        trials.append(_ShapeTrial(columns, shapes))
+        changes = (simulated[1:] - simulated[0]).reshape(len(moves), len(strengths), -1)
+        trials += [
+            _ShapeTrial((change / np.array(steps)[:, None]).T, shapes)
+            for change, steps in zip(changes, moves, strict=True)
+        ]
     return trials
+
+
+def _strengths(effect: EffectSpec) -> list[tuple[Param, float]]:
+    """Return the parameters of an effect that are no shape, each with its value at neutral."""
+    return [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
 
 
 def _steps(effect: EffectSpec) -> list[float]:

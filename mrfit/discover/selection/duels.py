@@ -144,8 +144,7 @@ def _against(inquiry: Inquiry, present: Fit, ending: DuelResult, rival: EffectTr
         return ending
     if adds:
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
-    wider = widens(winner, rival, inquiry.source.library)
-    if needed and wider and takes_little_more(inquiry.base, rival.fit, both, inquiry.policy):
+    if needed and _hardly_wider(inquiry, winner, rival, both):
         return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _is_hardly_wider(rival))
     if needed:
         return ending.turned_down(rival.name, f"it adds nothing beside {winner.name}")
@@ -185,11 +184,15 @@ def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bo
         return True
     if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
         return False
-    if widens(winner, rival, inquiry.source.library) and takes_little_more(
-        inquiry.base, rival.fit, winner.fit, inquiry.policy
-    ):
+    if _hardly_wider(inquiry, winner, rival, winner.fit):
         return False
     return inquiry.source.fall(rival.fit, winner.fit) > inquiry.policy.holdout_clear
+
+
+def _hardly_wider(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial, fit: Fit) -> bool:
+    """Return whether a winner is a wider form of its rival, and a fit with it takes hardly more of the gap."""
+    wider = widens(winner, rival, inquiry.source.library)
+    return wider and takes_little_more(inquiry.base, rival.fit, fit, inquiry.policy)
 
 
 def _closes_less(winner: EffectTrial) -> str:

@@ -77,17 +77,17 @@ def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: 
     Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
     """
     gaps, lefts, rests = _gaps(base, before, after)
-    shares, (of_fitted, of_rest) = (lefts - rests) / gaps, (lefts - rests) / lefts
+    shares, taken = (lefts - rests) / gaps, (lefts - rests) / lefts
+    of_rest = float(taken[1])
     least = policy.least_gap
     if set(alike) & set(before.effects):
         least = policy.least_gap_of_alike
     elif of_rest > policy.most_of_the_rest:
         least = policy.least_gap_of_the_rest
     gain = float(1.0 - (after.holdout / before.holdout) ** 2) if shares.max() > least else 0.0
-    far = before.holdout > policy.above_noise
-    overwhelms = bool(of_rest > policy.overwhelming and far)
-    settles = bool(of_fitted > policy.overwhelming and before.train > policy.above_noise)
-    first = before == base and of_rest > policy.half and far
+    far = np.array([before.train, before.holdout]) > policy.above_noise
+    settles, overwhelms = ((taken > policy.overwhelming) & far).tolist()
+    first = before == base and of_rest > policy.half and far[1]
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
     return EffectTrial(name, after, gain, overwhelms, needed, settles=settles)
 
@@ -153,8 +153,8 @@ def comparable(present: Fit, winner: Fit, rival: Fit, policy: Policy) -> bool:
 
 def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
     """Return whether a rival leaves so much more that a wrong form of the winner is no excuse."""
-    least, other = (max(fit.holdout**2 - 1.0, 0.0) for fit in (winner, rival))
-    return other > policy.far_behind * least
+    least, other = _gaps(winner, rival)
+    return bool(other[1] > policy.far_behind * least[1])
 
 
 def fits_worse(winner: Fit, rival: Fit, policy: Policy) -> bool:
@@ -162,8 +162,9 @@ def fits_worse(winner: Fit, rival: Fit, policy: Policy) -> bool:
 
     Few held-out conditions may show neither of two effects, which all that were fitted tell apart.
     """
-    least, other = (max(fit.train**2 - 1.0, 0.0) for fit in (winner, rival))
-    return winner.train <= policy.examined_above_floor < rival.train and other > policy.far_behind * least
+    least, other = _gaps(winner, rival)
+    above = winner.train <= policy.examined_above_floor < rival.train
+    return bool(above and other[0] > policy.far_behind * least[0])
 
 
 def limits(fit: Fit, effect: str, rival: LibraryEffect, policy: Policy) -> int:

@@ -33,11 +33,11 @@ def late_rows(columns: Sequence[Array]) -> Index:
     columns
         The channels (N,).
     """
-    # a channel that stands in two columns moves once
-    columns = list({c[: series.SERIES_CHUNK].tobytes(): c for c in columns}.values())
     rows, chance = len(columns[0]) - 1, 0.0
     if rows < FEWEST_ROWS:
         return np.empty(0, dtype=np.int64)
+    # a channel that stands in two columns moves once
+    columns = list({c[: series.SERIES_CHUNK].tobytes(): c for c in columns}.values())
     standing, in_motion = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.bool_)]
     for begin, end in series.spans(rows):
         low, high = max(begin - NEAR_ROWS, 0), min(end + NEAR_ROWS, rows)
@@ -55,8 +55,10 @@ def late_rows(columns: Sequence[Array]) -> Index:
         goes_on = [(p[ends[1]] - p[ends[0]]) * (p[ends[3]] - p[ends[2]]) > 0.0 for p in parts]
         in_motion.append(moving[stands] & np.any(goes_on, axis=0))
     rows_standing, late = np.concatenate(standing), np.concatenate(in_motion)
+    # of rows that stand together all are late or none
     group = np.cumsum(np.diff(rows_standing, prepend=-1) > 1) - 1
-    found: Index = rows_standing[late & (np.bincount(group)[group] <= FILL_AT_MOST)]
+    is_late = (np.bincount(group, late) > 0) & (np.bincount(group) <= FILL_AT_MOST)
+    found: Index = rows_standing[is_late[group]]
     return found if len(found) > chance + BY_CHANCE * np.sqrt(chance) else found[:0]
 
 

