@@ -58,6 +58,9 @@ from mrfit.simulate.current_levels import (
     to_choose,
 )
 
+# Verdicts of a model that leaves nothing unexplained
+DECIDED = ("none", "named", "ambiguous")
+
 
 def check(settings: Settings) -> None:
     """Check settings before any data are touched.
@@ -310,9 +313,7 @@ def _discovered(job: _Job) -> DiscoveryOutput:
         chosen = replace(chosen, verdict="insufficient-data")
         told = told.model_copy(update={"verdict": chosen.verdict, "advice": (lacking,), "suspects": ()})
     before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
-    bench = gathering.fitter.bench
-    measured, in_line = bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout")
-    floors = Floors(gathering.noise, measured, in_line, bench.most_noise("train"))
+    bench, floors = gathering.fitter.bench, _floors(gathering)
     if worth_examining(chosen, floors, STANDARD):
         job.progress("law and invariances", 0, 1)
         own = replace(job.settings, current_order="auto", start=())
@@ -327,6 +328,12 @@ def _discovered(job: _Job) -> DiscoveryOutput:
         job.progress("formula", 1, 1)
     series = {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)}
     return DiscoveryOutput(told, series, {**before.values, **after.values})
+
+
+def _floors(gathering: SimulatedEvidence) -> Floors:
+    bench = gathering.fitter.bench
+    measured, in_line = bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout")
+    return Floors(gathering.noise, measured, in_line, bench.most_noise("train"))
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
@@ -360,18 +367,47 @@ def _decided(job: _Job) -> _DependenceChoice:
     """Gather evidence and select."""
     currents = current_dependence(job.settings, job.data)
     choice = currents.choice
-    found = _judged(replace(job, settings=_started(job.settings, currents)), currents.dependence)
-    if choice is None or choice.by_role:
-        return _DependenceChoice(found, currents)
-    by_role = usual_dependence(job.settings, job.data)
+    decided = _DependenceChoice(_judged(_started(job, currents), currents.dependence), currents)
+    if choice and not choice.by_role:
+        decided = _with_laws_by_role(job, decided)
+    return _with_laws_beside_an_effect(job, decided) if choice and choice.errs else decided
+
+
+def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
+    """Return the decision with the laws of current of the parameters' roles, where they tell more than others.
+
+    Laws chosen without an effect may have followed it: those of the roles have not.
+    """
+    found, by_role = decided.judged, usual_dependence(job.settings, job.data)
     if found.chosen.verdict == "unexplained" or _is_plainer(job, found, by_role):
-        # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
         again = replace(job, asked=replace(job.asked, key=f"{job.asked.key} usual"))
         other = _judged(again, by_role)
         fewer = found.chosen.verdict == "unexplained" or set(other.chosen.effects) < set(found.chosen.effects)
-        if other.chosen.verdict in ("none", "named", "ambiguous") and fewer:
-            found, currents = other, Currents(by_role)
-    return _DependenceChoice(found, currents)
+        if other.chosen.verdict in DECIDED and fewer:
+            return _DependenceChoice(other, Currents(by_role))
+    return decided
+
+
+def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
+    """Return the decision with laws of current chosen beside the likeliest effect, where they tell more than others.
+
+    Laws that are chosen for the base alone bend after what an effect does. One that leaves noise where it was fitted
+    may be all that is missing, though held-out tests err and others are named beside it.
+    """
+    found = decided.judged
+    chosen, floors = found.chosen, _floors(found.gathering)
+    likely = min((t.fit for t in chosen.trials), key=lambda fit: fit.train, default=chosen.base)
+    clear = chosen.verdict in DECIDED and len(chosen.effects) == 1 and not worth_examining(chosen, floors, STANDARD)
+    if clear or not likely.effects or likely.train > STANDARD.examined_above_floor * floors.fitted:
+        return decided
+    held = {n: v for n, v in likely.values.items() if n.partition(".")[0] in likely.effects}
+    currents = current_dependence(job.settings, job.data, likely.effects, held)
+    if currents.dependence == decided.currents.dependence:
+        return decided
+    key = f"{job.asked.key} beside {likely.effects[0]}"
+    other = _judged(_started(replace(job, asked=replace(job.asked, key=key)), currents), currents.dependence)
+    nearer = other.chosen.final.holdout < chosen.final.holdout
+    return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and nearer else decided
 
 
 def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
@@ -383,7 +419,8 @@ def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
     job.progress("base fit to all tests", 0, 1)
     tests = replace(job.data, segments=[replace(s, role="train") for s in job.data.segments])
     currents, key = current_dependence(job.settings, tests), f"{job.asked.key} all"
-    fitter = _fitter(job.workspace, _started(job.settings, currents), currents.dependence, tests, key)
+    settings = _started(job, currents).settings
+    fitter = _fitter(job.workspace, settings, currents.dependence, tests, key)
     errors = dict(
         zip((s.segment.id for s in fitter.bench.stretches), fitter.first(job.settings.seed).train, strict=True)
     )
@@ -430,8 +467,10 @@ def _with_residual_floors(fitter: Fitter, base: Refit, recordings: Mapping[str, 
     return replace(fitter, bench=bench, known=known, judged={})
 
 
-def current_dependence(settings: Settings, data: Dataset) -> Currents:
-    """Return the dependence of the base's parameters on current, and its choice.
+def current_dependence(
+    settings: Settings, data: Dataset, effects: tuple[str, ...] = (), held: Mapping[str, float] | None = None
+) -> Currents:
+    """Return the dependence of the base's parameters on current, and its choice, beside effects with held parameters.
 
     It is the choice that a joint fit makes, but see ``LawChoice.as_base``. A current that changes during tests counts
     as two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the
@@ -441,11 +480,12 @@ def current_dependence(settings: Settings, data: Dataset) -> Currents:
     spec = base_of(name).spec
     if to_choose(name, settings.current_order, tested_currents(data.segments, data.recordings)):
         start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
-        alike = fit_stage.Settings(name, per="all", start=start, seed=settings.seed)
-        found, choice = dependence_of(
-            alike, usable(data.segments, data.recordings, base_of(name))[0], dict(data.recordings)
-        )
-        return Currents(with_steady_loops(choice.as_base(), name) if choice else found, choice)
+        alike = fit_stage.Settings("+".join((name, *effects)), per="all", start=start, seed=settings.seed)
+        able = usable(data.segments, data.recordings, assemble(alike.model))[0]
+        found, choice = dependence_of(alike, able, dict(data.recordings), held)
+        if choice:
+            found = with_steady_loops(choice.dependence if held else choice.as_base(), name)
+        return Currents(found, choice)
     return Currents(usual_dependence(settings, data))
 
 
@@ -476,14 +516,15 @@ def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDAR
     return CurrentDependence(orders, low, high)
 
 
-def _started(settings: Settings, currents: Currents) -> Settings:
-    """Return settings with the laws of current that were chosen as start values, where the user gave none."""
-    choice, dependence = currents.choice, currents.dependence
+def _started(job: _Job, currents: Currents) -> _Job:
+    """Return a discovery that starts at the laws of current that were chosen, where the user gave no start values."""
+    choice, dependence, settings = currents.choice, currents.dependence, job.settings
     if choice is None or dependence is None or choice.by_role:
-        return settings
+        return job
     given = {n for n, _ in settings.start}
     found = choice.start(base_of(settings.model), dependence).items()
-    return replace(settings, start=(*((n, v) for n, v in found if base_name(n) not in given), *settings.start))
+    start = (*((n, v) for n, v in found if base_name(n) not in given), *settings.start)
+    return replace(job, settings=replace(settings, start=start))
 
 
 def _fitter(

@@ -100,12 +100,10 @@ class _Data:
 
 
 def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> ScreenedEffect:
-    reason = unjudgeable(fitter.bench, effect)
+    reason = unjudgeable(fitter.bench, effect) or held(fitter.bench, effect)
     if reason:
         return ScreenedEffect(Candidate(effect.name, reason, shown=False))
-    best = ScreenedEffect(
-        Candidate(effect.name, held(fitter.bench, effect) or "absorbed by what the model has", shown=False)
-    )
+    best = ScreenedEffect(Candidate(effect.name, "absorbed by what the model has", shown=False))
     for trial in _sensitivities(fitter, present, effect):
         free = trial.columns - data.basis @ (data.basis.T @ trial.columns)
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(trial.columns, axis=0), 1e-300)

@@ -81,6 +81,8 @@ class LawChoice:
         These orders by name.
     met
         Whether the laws reach the currents left out about as well as fits to these alone.
+    excess
+        Error that these leave, as a multiple of the noise floor.
     """
 
     dependence: CurrentDependence | None
@@ -91,6 +93,12 @@ class LawChoice:
     by_role: bool
     usual: dict[str, Order]
     met: bool
+    excess: float
+
+    @property
+    def errs(self) -> bool:
+        """Whether fits to single currents leave more than noise, the model's own error."""
+        return self.excess > OWN_ERROR
 
     def start(self, base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
         """Return the parameters at the nodes of a dependence, by name, of the laws that fit all levels best."""
@@ -179,7 +187,7 @@ def choose(tests: Tests, fits: list[LevelFit], kept: dict[str, Order], ends: tup
     theta = search.fitted(state).parameters(tests.currents)[0]
     about, warnings = _about(search, state, params)
     dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
-    return LawChoice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)
+    return LawChoice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met, tests.excess)
 
 
 def _capped(order: Order, highest: int) -> Order:

@@ -1,7 +1,8 @@
 """From a fit's settings to its laws of current: as asked for, chosen where levels are held, else by role."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +12,7 @@ from mrfit.fit.identify import SearchSettings, build_group, weights_of
 from mrfit.fit.laws.choice import ChoiceLimits, Data, LawChoice, chosen_by_levels
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.starts import at_scales
+from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
 from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested_currents, to_choose
 
@@ -72,7 +74,10 @@ def base_cube(asked: LawSettings) -> Cube:
 
 
 def dependence_of(
-    asked: LawSettings, segments: Sequence[Segment], recordings: dict[str, Recording]
+    asked: LawSettings,
+    segments: Sequence[Segment],
+    recordings: dict[str, Recording],
+    held: Mapping[str, float] | None = None,
 ) -> tuple[CurrentDependence | None, LawChoice | None]:
     """Return how a fit's parameters depend on current, and how that was chosen, None where it was not.
 
@@ -82,6 +87,9 @@ def dependence_of(
         Settings of the fit.
     segments, recordings
         What is fitted.
+    held
+        Parameters of the model's effects by name (SI), at which these act while laws are chosen. Without them laws are
+        those of the base alone, which bend after what the effects do.
 
     Raises
     ------
@@ -99,7 +107,7 @@ def dependence_of(
         search = SearchSettings(asked.optimizer, asked.seed, None, asked.seconds, asked.weight)
         deadline = None if asked.seconds is None else time.monotonic() + CHOICE_TIME * asked.seconds
         limits = ChoiceLimits(currents.low, currents.high, search.rng("all by current"), deadline)
-        choice = _chosen(asked, segments, recordings, {n: o for n, o in orders if n in at_nodes}, limits)
+        choice = _chosen(asked, segments, recordings, {n: o for n, o in orders if n in at_nodes}, limits, held)
     if choice:
         return choice.dependence, choice
     return dependence_on_current(asked.model, asked.current_order, segments, recordings, fixed), None
@@ -111,10 +119,17 @@ def _chosen(
     recordings: dict[str, Recording],
     kept: dict[str, int | str],
     limits: ChoiceLimits,
+    held: Mapping[str, float] | None,
 ) -> LawChoice | None:
-    base, training = base_of(asked.model), [s for s in segments if s.role == "train"]
+    base, cube = base_of(asked.model), base_cube(asked)
+    own = len(cube.params)
+    if held:
+        base = assemble(asked.model)
+        cube = replace(cube, params=(*cube.params, *cube_of(base.spec, {}, {}, held).params[own:]))
+    training = [s for s in segments if s.role == "train"]
     group = build_group("all", training, recordings, base, split=False)
-    cube = at_scales(base_cube(asked), group.training, base)
+    cube = at_scales(cube, group.training, base)
     weights = weights_of(group.search, group.training_floors, asked.weight)
     data = Data(group.search, weights, np.array(group.training_floors))
-    return chosen_by_levels(base, cube, data, kept, limits)
+    found = chosen_by_levels(base, cube, data, kept, limits)
+    return found and replace(found, theta=found.theta[:, :own])
