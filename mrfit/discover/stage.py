@@ -397,7 +397,7 @@ def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _Depen
     found = decided.judged
     chosen, floors = found.chosen, _floors(found.gathering)
     likely = min((t.fit for t in chosen.trials), key=lambda fit: fit.train, default=chosen.base)
-    clear = chosen.verdict in DECIDED and len(chosen.effects) == 1 and not worth_examining(chosen, floors, STANDARD)
+    clear = len(chosen.effects) <= 1 and not worth_examining(chosen, floors, STANDARD)
     if clear or not likely.effects or likely.train > STANDARD.examined_above_floor * floors.fitted:
         return decided
     held = {n: v for n, v in likely.values.items() if n.partition(".")[0] in likely.effects}
