@@ -113,3 +113,19 @@ def test_a_play_wider_than_the_ripple_of_a_current_is_seen(tmp_path: Path) -> No
     first, other = (s.candidate for s in screen(found, found.first(0), effects, STANDARD))
     assert first.name == "residual-magnetism" and first.gain > 0.5 > 0.05 > other.gain
     assert first.start["residual-magnetism.w"] == pytest.approx(0.15, rel=0.7)
+
+
+def test_an_effect_that_remembers_the_current_cannot_be_judged_where_every_test_holds_it(tmp_path: Path) -> None:
+    """A play takes its width off a current that was raised once: a law of current, and no memory that a test shows."""
+    study = workspace(tmp_path, magnetism=0.15, tests=((1.0, 0.01), (3.0, 0.005)))
+    effect = registry.load("effect", "residual-magnetism").SPEC
+    segments, recordings = study.read_segments(), {}
+    for name, one in load_recordings(study, study.read_segments()).items():
+        held_at = np.full(one.samples, 0.5 if name.startswith("1") else 1.0)
+        recordings[name] = replace(one, channels={**one.channels, "current": held_at})
+    law = CurrentDependence(tuple((name, 1) for name in ("fy", "c", "k")), 0.0, 1.0)
+    bench = build_bench(segments, recordings, assemble("tanh", law), [effect])
+    found = Fitter(bench, "tanh", law, {}, {}, lambda effects, point: None)
+    (screened,) = screen(found, found.first(0), [effect], STANDARD)
+    assert screened.candidate.reason == "cannot be judged: every test holds the current"
+    assert not screened.candidate.shown

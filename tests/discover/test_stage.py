@@ -16,6 +16,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.discover import stage
 from mrfit.discover.evidence import plain_fit
 from mrfit.discover.policy import STANDARD
+from mrfit.discover.selection.combine import Floors
 from mrfit.discover.stage import Currents, Settings, _fitter, run, with_steady_loops
 from mrfit.discover.writing.result import DiscoveryRequest
 from mrfit.errors import ConfigError, DataError
@@ -356,7 +357,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
             gathering=gathering, chosen=SimpleNamespace(base=fit(2.0), final=final, effects=effects, verdict=verdict)
         )
 
-    choice = SimpleNamespace(by_role=by_role, about={"text": ["chosen"]})
+    choice = SimpleNamespace(by_role=by_role, errs=False, about={"text": ["chosen"]})
     monkeypatch.setattr(stage, "_judged", judged)
     monkeypatch.setattr(stage, "current_dependence", lambda *_: Currents(CHOSEN, choice))
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: USUAL)
@@ -373,3 +374,61 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
     assert tried == list(words) and found.verdict == words[taken].split()[0]
     assert found.asked.dependence.orders == taken.orders
     assert (found.asked.choice is None) == (taken == USUAL)
+
+
+BESIDE = CurrentDependence((("fy", "sat2"),), 0.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "examined", "trials", "beside", "other", "kept"),
+    [
+        # a gap that no effect explains, though one leaves noise where it was fitted
+        ("unexplained at 2.0", True, {"inertia": 1.0, "delay": 1.6}, BESIDE, "named at 0.9 inertia", True),
+        # more effects than the one that leaves noise
+        ("named at 1.0 inertia delay", False, {"inertia": 1.0}, BESIDE, "named at 0.9 inertia", True),
+        ("named at 1.0 inertia delay", False, {"inertia": 1.0}, BESIDE, "named at 1.1 inertia", False),
+        # one effect that leaves too much on held-out tests
+        ("named at 1.9 delay", True, {"inertia": 1.0, "delay": 1.6}, BESIDE, "named at 0.9 inertia", True),
+        ("named at 1.0 inertia", False, {"inertia": 1.0}, None, "", False),
+        ("none at 1.0", False, {"inertia": 1.0}, None, "", False),
+        # none leaves noise where it was fitted
+        ("unexplained at 2.0", True, {"inertia": 1.3}, None, "", False),
+        ("unexplained at 2.0", True, {}, None, "", False),
+        # the same laws, or none that explain the gap
+        ("unexplained at 2.0", True, {"inertia": 1.0}, CHOSEN, "", False),
+        ("unexplained at 2.0", True, {"inertia": 1.0}, BESIDE, "unexplained at 2.0", False),
+    ],
+)
+def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_fitted(
+    first: str,
+    examined: bool,
+    trials: dict[str, float],
+    beside: CurrentDependence | None,
+    other: str,
+    kept: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def decision(words: str) -> Any:
+        verdict, _, error, *effects = words.split()
+        own = tuple(SimpleNamespace(fit=fit(2.0, e, train=train)) for e, train in trials.items())
+        chosen = SimpleNamespace(
+            base=fit(2.0), final=fit(float(error), *effects), effects=tuple(effects), verdict=verdict, trials=own
+        )
+        return SimpleNamespace(gathering=None, chosen=chosen)
+
+    asked: list[Any] = []
+
+    def dependence(settings: Any, data: Any, effects: tuple[str, ...], held: dict[str, float]) -> Currents:
+        asked.append((effects, held))
+        return Currents(beside)
+
+    monkeypatch.setattr(stage, "_judged", lambda job, _: decision(other))
+    monkeypatch.setattr(stage, "_floors", lambda _: Floors(1.0, True))
+    monkeypatch.setattr(stage, "worth_examining", lambda *_: examined)
+    monkeypatch.setattr(stage, "current_dependence", dependence)
+    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
+    decided = stage._DependenceChoice(decision(first), Currents(CHOSEN))
+    found = stage._with_laws_beside_an_effect(job, decided)
+    assert (found is not decided) == kept
+    assert asked == [(("inertia",), {})] * (beside is not None)
+    assert found.currents.dependence == (BESIDE if kept else CHOSEN)

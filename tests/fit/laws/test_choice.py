@@ -14,7 +14,10 @@ from hypothesis import strategies as st
 import mrfit.fit.stage
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.fit.laws.choice import LawChoice
 from mrfit.fit.laws.law_search import FEWEST_STROKES, folds_of
+from mrfit.fit.laws.laws_of_current import dependence_of
+from mrfit.fit.select import load_recordings
 from mrfit.io.schemas.fit import CurrentChoice
 from mrfit.io.workspace import Workspace, plain
 from mrfit.simulate.assembly import assemble
@@ -148,6 +151,24 @@ def test_a_yield_force_that_saturates_otherwise_is_followed_by_what_comes_neares
     assert orders(fit) == {"fy": 3}
     assert held_out(by_role, noise) > 2.5
     assert held_out(fit, noise) < 1.25
+
+
+def test_laws_beside_a_held_effect_are_those_that_were_planted(tmp_path: Path) -> None:
+    """Without it the base errs by more than noise at every current, and its parameters keep the laws of their roles."""
+    workspace, _ = planted(tmp_path, "tanh", lambda i: {"fy": 100 + 900 * i}, more=lambda c: 40.0 * c["acceleration"])
+    segments = workspace.read_segments()
+    recordings = load_recordings(workspace, segments)
+
+    def choice(model: str, held: dict[str, float]) -> LawChoice:
+        found = dependence_of(mrfit.fit.stage.Settings(model, per="all"), segments, recordings, held)[1]
+        assert found
+        return found
+
+    alone, beside = choice("tanh", {}), choice("tanh+inertia", {"inertia.m": 40.0})
+    assert beside.dependence and dict(beside.dependence.orders) == {"fy": 1}
+    assert not beside.errs and beside.excess == pytest.approx(1.0, abs=0.1)
+    assert alone.errs and alone.dependence != beside.dependence
+    assert beside.theta.shape == (len(FIVE), len(assemble("tanh").spec.params))
 
 
 def table_3(i: float) -> dict[str, float]:
