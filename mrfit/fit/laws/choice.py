@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Param
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import DataError
 from mrfit.fit.laws.by_level import CurrentLaw, LevelProblem, Tests, drawn_together, tests_about
 from mrfit.fit.laws.law_search import FEWEST_LEVELS, LawSearch, State
@@ -209,7 +209,10 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
     search.score([s for g in range(len(state)) for s in search.neighbours(state, g)])
     errors, rows, currents = search.errors(state), [], search.tests.currents
     how = "held out" if search.held_out else "fitted: too few to hold one out"
-    text = [f"law of current by the error at currents {how}, as a multiple of what a fit to one current alone leaves"]
+    text = [
+        f"law of current{_beside(search.tests.spec)} by the error at currents {how}, as a multiple of what a fit to "
+        "one current alone leaves"
+    ]
     if search.tests.excess > OWN_ERROR:
         text[0] += (
             f"; these leave {search.tests.excess:.3g} times the noise, the model's own error: parameters keep the laws "
@@ -239,6 +242,12 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
         text=text,
     )
     return about, _warnings(search, state, errors)
+
+
+def _beside(spec: ModelSpec) -> str:
+    """Return the effects of a model in words."""
+    effects = dict.fromkeys(effect for effect, dot, _ in (n.partition(".") for n in spec.names) if dot)
+    return f" beside {' and '.join(effects)}" if effects else ""
 
 
 def _form(law: CurrentLaw) -> str:

@@ -167,6 +167,10 @@ def test_laws_beside_a_held_effect_are_those_that_were_planted(tmp_path: Path) -
     alone, beside = choice("tanh", {}), choice("tanh+inertia", {"inertia.m": 40.0})
     assert beside.dependence and dict(beside.dependence.orders) == {"fy": 1}
     assert not beside.errs and beside.excess == pytest.approx(1.0, abs=0.1)
+    assert [c.about.text[0].partition(" by ")[0] for c in (alone, beside)] == [
+        "law of current",
+        "law of current beside inertia",
+    ]
     assert alone.errs and alone.dependence != beside.dependence
     assert beside.theta.shape == (len(FIVE), len(assemble("tanh").spec.params))
 
