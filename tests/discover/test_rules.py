@@ -98,7 +98,8 @@ def proof(before: float, after: float, strength: float = 50.0, score: float = 50
     last = fit(after, *beside, "x", number=2)
 
     def fires(policy: Policy) -> bool:
-        claimed = rules.claim("x", first, last, base, policy, more.get("alike", ()))
+        alike = dict.fromkeys(more.get("alike", ()), policy.least_gap_of_alike)
+        claimed = rules.claim("x", first, last, base, policy, alike)
         return not rules.objection(replace(claimed, strength=strength, score=score), policy)
 
     return fires

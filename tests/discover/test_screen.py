@@ -10,7 +10,7 @@ from mrfit.core import registry
 from mrfit.core.progress import silent
 from mrfit.core.specs import EffectSpec
 from mrfit.discover.evidence.bench import build_bench
-from mrfit.discover.evidence.gather import SimulatedEvidence, gather
+from mrfit.discover.evidence.gather import SimulatedEvidence, gather, library_effect
 from mrfit.discover.evidence.refit import Fitter
 from mrfit.discover.evidence.screen import cosines, present_basis, screen, unjudgeable
 from mrfit.discover.policy import STANDARD
@@ -100,6 +100,14 @@ def test_the_same_optimum_is_one_row_and_the_decision_from_the_table_is_that_of_
     assert (chosen.verdict, chosen.named) == ("named", ("inertia",))
     assert chosen == decide(source, STANDARD)
     assert chosen.final.holdout == source.refit_of(chosen.final).chi("holdout")
+
+
+def test_aliases_that_change_one_input_are_told_from_others() -> None:
+    entry = {name: library_effect(registry.load("effect", name).SPEC) for name in ("free-play", "backlash")}
+    # a backlash changes the output, a loop of the biviscous law is a model
+    assert {"slip-lock", "backlash", "hysteretic-biviscous"} <= entry["free-play"].aliases
+    assert entry["free-play"].of_one_input == {"slip-lock"}
+    assert entry["backlash"].aliases >= {"free-play"} and not entry["backlash"].of_one_input
 
 
 def test_a_play_wider_than_the_ripple_of_a_current_is_seen(tmp_path: Path) -> None:

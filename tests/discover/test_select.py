@@ -96,6 +96,16 @@ def test_of_two_alike_that_are_fitted_together_one_start_has_half_of_each() -> N
     assert {"a.k": 4.0, "b.k": 1.5} in together[0].starts
 
 
+def test_of_two_that_change_one_input_the_second_has_to_take_more_of_the_gap() -> None:
+    """With shapes of its own it follows what the first leaves, though their sensitivities were not parallel."""
+    world = World({(): 8.4, ("play",): 1.45, ("slip",): 2.4, ("play", "slip"): 1.1})
+    both = {"play": ("slip",), "slip": ("play",)}
+    assert chosen(world).named == ("play", "slip")
+    assert chosen(replace(world, of_one_input=both)).named == ("play",)
+    much = replace(world, errors={(): 8.4, ("play",): 2.0, ("slip",): 2.4, ("play", "slip"): 1.1})
+    assert chosen(replace(much, of_one_input=both)).named == ("play", "slip")
+
+
 def test_two_that_leave_the_same_alone_and_together_are_ambiguous() -> None:
     found = chosen(World({(): 10.0, ("a",): 1.5, ("b",): 1.5}))
     assert (found.verdict, found.named) == ("ambiguous", ())

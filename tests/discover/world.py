@@ -37,7 +37,7 @@ class World:
     strengths, falls
         Of an effect (``a``, or in one set only ``a in a+b``), and of a set of effects over any smaller; clear if not
         named.
-    aliases
+    aliases, of_one_input
         Of an effect.
     shapes
         Where in its range an effect's shape parameters end.
@@ -55,6 +55,7 @@ class World:
     strengths: Mapping[str, float] = field(default_factory=dict)
     falls: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    of_one_input: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     shapes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
     growing: Mapping[str, Growth] = field(default_factory=dict)
@@ -74,7 +75,12 @@ class World:
     def library(self) -> dict[str, LibraryEffect]:
         """Effects with their aliases and the names of their shapes."""
         return {
-            n: LibraryEffect(n, frozenset(self.aliases.get(n, ())), frozenset({*self.shapes.get(n, {}), *self._own(n)}))
+            n: LibraryEffect(
+                n,
+                frozenset(self.aliases.get(n, ())),
+                frozenset({*self.shapes.get(n, {}), *self._own(n)}),
+                frozenset(self.of_one_input.get(n, ())),
+            )
             for n in self.names
         }
 

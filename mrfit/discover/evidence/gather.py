@@ -144,9 +144,12 @@ def gather(source: EvidenceSource, policy: Policy) -> Evidence:
 
 def library_effect(spec: EffectSpec) -> LibraryEffect:
     """Return the entry of an effect in the library, with those that are mistaken for it."""
-    others = (registry.load("effect", n).SPEC for n in registry.names("effect"))
-    mistaken = {o.name for o in others if spec.name in o.aliases}
-    return LibraryEffect(spec.name, frozenset(spec.aliases) | mistaken, frozenset(p.name for p in spec.params))
+    others: list[EffectSpec] = [registry.load("effect", n).SPEC for n in registry.names("effect")]
+    mistaken = [o for o in others if spec.name in o.aliases or o.name in spec.aliases]
+    same = {o.name for o in mistaken if o.slot == spec.slot == "input" and set(o.inputs) & set(spec.inputs)}
+    # an alias may be a model
+    aliases = {*spec.aliases, *(o.name for o in mistaken)}
+    return LibraryEffect(spec.name, frozenset(aliases), frozenset(p.name for p in spec.params), frozenset(same))
 
 
 def _scaled(fitter: Fitter, candidate: Candidate, factor: float) -> Mapping[str, float]:

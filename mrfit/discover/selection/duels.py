@@ -1,6 +1,6 @@
 """One effect on trial, and against its rivals: what it has to show before it is believed."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from mrfit.discover.policy import Policy
@@ -43,16 +43,20 @@ class Inquiry:
         """The fit of the base alone."""
         return self.source.base
 
-    def alike(self, name: str) -> frozenset[str]:
-        """Return the effects that an effect looks like in these data."""
-        return self.screening.alike(name, self.policy.alike)
+    def alike(self, name: str) -> dict[str, float]:
+        """Return the share of the base's gap that is asked of an effect beside each of those that it looks like.
+
+        With other shapes one that changes the same input would look like it, and takes nearly all of a small rest.
+        """
+        near = dict.fromkeys(self.source.library[name].of_one_input, self.policy.least_gap)
+        return near | dict.fromkeys(self.screening.alike(name, self.policy.alike), self.policy.least_gap_of_alike)
 
     def passes(self, trial: EffectTrial) -> bool:
         """Return whether an effect has proof."""
         return not objection(trial, self.policy)
 
     def judged(
-        self, name: str, before: Fit, after: Fit, base: Fit | None = None, alike: Collection[str] = ()
+        self, name: str, before: Fit, after: Fit, base: Fit | None = None, alike: Mapping[str, float] | None = None
     ) -> EffectTrial:
         """Return the trial of an effect from the fits without and with it, see ``claim``.
 

@@ -164,11 +164,14 @@ class LibraryEffect:
         Effects that it is mistaken for, or that are mistaken for it.
     parameters
         Their names.
+    of_one_input
+        The aliases that change an input from what it takes, too: with the right shapes each does what the other does.
     """
 
     name: str
     aliases: frozenset[str] = frozenset()
     parameters: frozenset[str] = frozenset()
+    of_one_input: frozenset[str] = frozenset()
 
 
 # --- refits that may be asked for

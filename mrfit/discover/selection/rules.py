@@ -1,6 +1,6 @@
 """The rules of a decision, each a pure function of rows of evidence and the policy."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,19 +71,18 @@ def leaves_little(pair: Fit, base: Fit, policy: Policy) -> bool:
 # --- proof
 
 
-def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: Collection[str] = ()) -> EffectTrial:
+def claim(
+    name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: Mapping[str, float] | None = None
+) -> EffectTrial:
     """Return the gain of an effect by the fits without and with it, and the clarity that is asked of it.
 
-    Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
+    Its share of the base's gap must be visible; beside one of those it is ``alike`` to, no less than is said there.
     """
     gaps, lefts, rests = _gaps(base, before, after)
     shares, taken = (lefts - rests) / gaps, (lefts - rests) / lefts
     of_rest = float(taken[1])
-    least = policy.least_gap
-    if set(alike) & set(before.effects):
-        least = policy.least_gap_of_alike
-    elif of_rest > policy.most_of_the_rest:
-        least = policy.least_gap_of_the_rest
+    least = policy.least_gap_of_the_rest if of_rest > policy.most_of_the_rest else policy.least_gap
+    least = max((least, *(share for other, share in (alike or {}).items() if other in before.effects)))
     gain = float(1.0 - (after.holdout / before.holdout) ** 2) if shares.max() > least else 0.0
     far = np.array([before.train, before.holdout]) > policy.above_noise
     settles, overwhelms = ((taken > policy.overwhelming) & far).tolist()
