@@ -19,7 +19,7 @@ from mrfit.discover.evidence.plain_fit import with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.selection.combine import Floors, worth_examining
+from mrfit.discover.selection.combine import DECIDED, Floors, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
 from mrfit.discover.selection.rules import follows_the_output
 from mrfit.discover.writing.beside_open_law import beside_open_law
@@ -57,9 +57,6 @@ from mrfit.simulate.current_levels import (
     tested_currents,
     to_choose,
 )
-
-# Verdicts of a model that leaves nothing unexplained
-DECIDED = ("none", "named", "ambiguous")
 
 
 def check(settings: Settings) -> None:
@@ -379,13 +376,13 @@ def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoi
     Laws chosen without an effect may have followed it: those of the roles have not.
     """
     found, by_role = decided.judged, usual_dependence(job.settings, job.data)
-    if found.chosen.verdict == "unexplained" or _is_plainer(job, found, by_role):
-        again = replace(job, asked=replace(job.asked, key=f"{job.asked.key} usual"))
-        other = _judged(again, by_role)
-        fewer = found.chosen.verdict == "unexplained" or set(other.chosen.effects) < set(found.chosen.effects)
-        if other.chosen.verdict in DECIDED and fewer:
-            return _DependenceChoice(other, Currents(by_role))
-    return decided
+    unexplained = found.chosen.verdict == "unexplained"
+    if not unexplained and not _is_plainer(job, found, by_role):
+        return decided
+    again = replace(job, asked=replace(job.asked, key=f"{job.asked.key} usual"))
+    other = _judged(again, by_role)
+    fewer = unexplained or set(other.chosen.effects) < set(found.chosen.effects)
+    return _DependenceChoice(other, Currents(by_role)) if other.chosen.verdict in DECIDED and fewer else decided
 
 
 def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:

@@ -71,10 +71,10 @@ def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
         values = [s.channel(name) for s in bench.stretches]
         if float(np.ptp(np.concatenate([v for v in values if v is not None]))) < least:
             return f"cannot be judged: the {name} does not move"
-    return ""
+    return _held(bench, effect)
 
 
-def held(bench: Bench, effect: EffectSpec) -> str:
+def _held(bench: Bench, effect: EffectSpec) -> str:
     """Return that no test can show an effect of a control that does not act at once, where every test holds it."""
     if effect.breaks is None or effect.breaks.invariance is not Invariance.CURRENT:
         return ""
@@ -100,7 +100,7 @@ class _Data:
 
 
 def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> ScreenedEffect:
-    reason = unjudgeable(fitter.bench, effect) or held(fitter.bench, effect)
+    reason = unjudgeable(fitter.bench, effect)
     if reason:
         return ScreenedEffect(Candidate(effect.name, reason, shown=False))
     best = ScreenedEffect(Candidate(effect.name, "absorbed by what the model has", shown=False))

@@ -14,6 +14,9 @@ from mrfit.discover.policy import Policy
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.io.schemas.discovery import InvariantEffect
 
+# Verdicts that leave nothing unexplained
+DECIDED = ("none", "named", "ambiguous")
+
 
 @dataclass(frozen=True)
 class Shadow:
@@ -67,7 +70,7 @@ class CombinedResult:
     @property
     def law_may_be_off(self) -> bool:
         """Whether another law may be the right one: not where nothing is missing or the base was taken as exact."""
-        return self.law_is_open or self.verdict not in ("none", "named", "ambiguous")
+        return self.law_is_open or self.verdict not in DECIDED
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,8 @@ class Inquiry:
     def alike(self, name: str) -> dict[str, float]:
         """Return the share of the base's gap that is asked of an effect beside each of those that it looks like.
 
-        With other shapes one that changes the same input would look like it, and takes nearly all of a small rest.
+        One that changes the same input may look like it with other shapes only. Then it follows what this one leaves,
+        so that most of a small rest is no proof.
         """
         near = dict.fromkeys(self.source.library[name].of_one_input, self.policy.least_gap)
         return near | dict.fromkeys(self.screening.alike(name, self.policy.alike), self.policy.least_gap_of_alike)

@@ -98,7 +98,7 @@ class LawChoice:
     @property
     def errs(self) -> bool:
         """Whether fits to single currents leave more than noise, the model's own error."""
-        return self.excess > OWN_ERROR
+        return _is_own_error(self.excess)
 
     def start(self, base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
         """Return the parameters at the nodes of a dependence, by name, of the laws that fit all levels best."""
@@ -177,7 +177,7 @@ def choose(tests: Tests, fits: list[LevelFit], kept: dict[str, Order], ends: tup
     constant = search.reference
     most = [count(usual.get(params[g[0]].name, 0)) - 1 for g in groups]
     roles = search.determined(tuple(CurrentLaw(search.own_form(k, order), order) for k, order in enumerate(most)))
-    search.reference = roles if tests.excess > OWN_ERROR else constant
+    search.reference = roles if _is_own_error(tests.excess) else constant
     state = search.nearest(search.best([roles, constant]))
     orders: dict[str, Order] = dict(kept)
     for members, law in zip(search.groups, state, strict=True):
@@ -188,6 +188,11 @@ def choose(tests: Tests, fits: list[LevelFit], kept: dict[str, Order], ends: tup
     about, warnings = _about(search, state, params)
     dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
     return LawChoice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met, tests.excess)
+
+
+def _is_own_error(excess: float) -> bool:
+    """Return whether what fits to single currents leave, as a multiple of the noise floor, is the model's own error."""
+    return excess > OWN_ERROR
 
 
 def _capped(order: Order, highest: int) -> Order:
@@ -213,7 +218,7 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
         f"law of current{_beside(search.tests.spec)} by the error at currents {how}, as a multiple of what a fit to "
         "one current alone leaves"
     ]
-    if search.tests.excess > OWN_ERROR:
+    if _is_own_error(search.tests.excess):
         text[0] += (
             f"; these leave {search.tests.excess:.3g} times the noise, the model's own error: parameters keep the laws "
             "of their roles where no other is clearly nearer"
@@ -286,7 +291,7 @@ def _unmet(search: LawSearch, errors: Array) -> int | None:
     """Return the level left out whose error is the largest, where it is too large for a polynomial to be the law."""
     worst = int(np.nanargmax(errors))
     # where the model itself errs, a fit to one current alone is no truth to be reached
-    large = search.held_out and search.tests.excess <= OWN_ERROR and errors[worst] > NOT_MET
+    large = search.held_out and not _is_own_error(search.tests.excess) and errors[worst] > NOT_MET
     return worst if large else None
 
 

@@ -132,4 +132,7 @@ def _chosen(
     weights = weights_of(group.search, group.training_floors, asked.weight)
     data = Data(group.search, weights, np.array(group.training_floors))
     found = chosen_by_levels(base, cube, data, kept, limits)
-    return found and replace(found, theta=found.theta[:, :own])
+    if found is None or not held:
+        return found
+    fits = [replace(f, theta=f.theta[:own]) for f in found.fits]
+    return replace(found, fits=fits, theta=found.theta[:, :own])
