@@ -132,7 +132,7 @@ def drift_removed(
     elif knots and method == "cycle":
         slopes = [_slope(*k) for k in knots]
         slope = float(np.average(slopes, weights=[len(k[0]) for k in knots]))
-        line = lambda places: _through_cycles(places * dt, knots)  # noqa: E731
+        line = lambda places: _through_cycles(places * dt, knots, integral.samples * dt)  # noqa: E731
         pieces = f" in each of {len(knots)} periodic stretches" if len(knots) > 1 else ""
         pieces += ", carried over changes of bias" if steps is not None else ""
         text = f"line through the means of whole cycles{pieces}"
@@ -221,13 +221,19 @@ def _slope(times: Array, heights: Array) -> float:
     return float(centred @ heights / (centred @ centred))
 
 
-def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]]) -> Array:
-    """Return the polyline through all knots, going on at its ends with the mean slope of the stretch there."""
+def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]], end: float) -> Array:
+    """Return the polyline through all knots, and beyond them, to the ends of the record at 0 and ``end`` s, lines.
+
+    A line has the mean slope of the knots over as long a time as it goes on, or over the stretch there if that is
+    longer: two cycles of a sweep do not tell where the drift is after seconds.
+    """
     times, heights = (np.concatenate(part) for part in zip(*knots, strict=True))
     line: Array = np.interp(time, times, heights)
     early, late = time < times[0], time > times[-1]
-    line[early] += _slope(*knots[0]) * (time[early] - times[0])
-    line[late] += _slope(*knots[-1]) * (time[late] - times[-1])
+    first = times <= max(knots[0][0][-1], 2 * times[0])
+    last = times >= min(knots[-1][0][0], 2 * times[-1] - end)
+    line[early] += _slope(times[first], heights[first]) * (time[early] - times[0])
+    line[late] += _slope(times[last], heights[last]) * (time[late] - times[-1])
     return line
 
 

@@ -97,6 +97,22 @@ def test_every_periodic_stretch_of_a_long_log_has_its_own_line() -> None:
         assert np.max(np.abs(found - fluxes)[inside]) < 0.04
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_beyond_the_cycles_of_a_sweep_drift_goes_on_as_over_a_time_that_long(backwards: bool) -> None:
+    """Where a sweep is fast, no two cycles are alike: its few periodic stretches say little of the seconds beyond."""
+    dt, seconds = 4e-4, 8.0
+    time = np.arange(0, seconds, dt)
+    rate = 4.59 * (40 / 4.59) ** (time / seconds)
+    current = 4.9 * 4.59 / rate * np.sin(2 * np.pi * np.cumsum(rate) * dt)
+    order = slice(None, None, -1 if backwards else 1)
+    current, flux = current[order], (0.02 * current + 5e-4 * np.abs(current) * np.cos(40 * time))[order]
+    stretches = steady_stretches(current, dt)
+    ends = [s.boundaries(dt)[k] * dt for s, k in ((stretches[0], 0), (stretches[-1], -1))]
+    assert max(ends[0], seconds - ends[1]) > 1.5
+    found, _ = remove_drift(flux + 0.03 * time, current, dt, stretches, "cycle")
+    assert np.max(np.abs(found - flux)) < 3e-3
+
+
 def biased(cycles: int, biases: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Return λ, dλ/dt, i and dt of a saturating coil under a sine whose mean goes from bias to bias."""
     dt, rate = 1e-3, 2.0
