@@ -43,7 +43,7 @@ LEAST_TOLD_APART = 0.7  # of the noise, beside the nearest rival
 ANSWERS = {
     "current-lag": ("current-lag", "current-filter"),
     "temperature": ("temperature", "temperature-polynomial"),
-    "relief": ("asymmetry",),
+    "relief": ("relief-valve",),
     "cavitation": ("asymmetry",),
 }
 

@@ -32,10 +32,11 @@ SPEC = EffectSpec(
         Param("v_a", "m/s", 1e-4, 0.3, 0.01, "log", "shape", "velocity over which the directions change over"),
     ),
     neutral=(0.0, 0.0, 0.01),
-    aliases=("force-offset",),
+    aliases=("force-offset", "relief-valve"),
     experiment="one sine at two or more currents: the difference between the directions grows with the force, that "
-    "of an offset does not",
-    asks=(Programme(currents=2),),
+    "of an offset does not; sines at three or more speeds: an asymmetry of the valve takes a share of all of the force "
+    "of a direction, a relief valve only of what is above one force",
+    asks=(Programme(currents=2), Programme(speeds=3)),
     breaks=Breaks(Invariance.ODDNESS),
 )
 

@@ -33,9 +33,12 @@ def workspace(
     bump: float = 0.0,
     branch: float = 0.0,
     magnetism: float = 0.0,
+    relief: float = np.inf,
     tests: tuple[tuple[float, float], ...] = TESTS,
 ) -> Workspace:
     """A workspace of sine tests on such a damper, perhaps with a gas force, local friction or a Maxwell branch.
+
+    A relief valve takes half of the force above the one at which it opens (N).
 
     With residual magnetism (A) the current is logged too: stairs of a cycle each, with the ripple of a switched coil.
     """
@@ -46,7 +49,8 @@ def workspace(
         omega = 2 * np.pi * frequency
         t = np.arange(PER_CYCLE * CYCLES) / (PER_CYCLE * frequency)
         x, v, a = stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t), -stroke * omega**2 * np.sin(omega * t)
-        total = force(x, v, a, mass, drag) + gas * ((1.0 - x / GAS_COLUMN) ** -1.4 - 1.0)
+        total = force(x, v, a, mass, drag)
+        total += -0.5 * np.maximum(total - LAW["k"] * x - relief, 0.0) + gas * ((1.0 - x / GAS_COLUMN) ** -1.4 - 1.0)
         total += bump * np.exp(-(((x - 4e-3) / 4e-3) ** 2)) * np.tanh(v / 5e-3)
         # a Maxwell branch, settled; its time constant is 20 ms
         total += branch * stroke * omega * np.cos(omega * t - np.arctan(0.02 * omega)) / np.hypot(1.0, 0.02 * omega)

@@ -123,6 +123,18 @@ def test_a_play_wider_than_the_ripple_of_a_current_is_seen(tmp_path: Path) -> No
     assert first.start["residual-magnetism.w"] == pytest.approx(0.15, rel=0.7)
 
 
+@pytest.mark.parametrize("opening", [300.0, 480.0])
+def test_a_force_at_which_a_valve_opens_is_looked_for_among_those_measured(opening: float, tmp_path: Path) -> None:
+    study = workspace(tmp_path, relief=opening)
+    effect = registry.load("effect", "relief-valve").SPEC
+    segments = study.read_segments()
+    bench = build_bench(segments, load_recordings(study, segments), assemble("tanh"), [effect])
+    found = Fitter(bench, "tanh", None, {}, {}, lambda effects, point: None)
+    (only,) = (s.candidate for s in screen(found, found.first(0), [effect], STANDARD))
+    assert only.gain > 0.7
+    assert only.start["relief-valve.F_o"] == pytest.approx(opening, rel=0.25)
+
+
 def test_an_effect_that_remembers_the_current_cannot_be_judged_where_every_test_holds_it(tmp_path: Path) -> None:
     """A play takes its width off a current that was raised once: a law of current, and no memory that a test shows."""
     study = workspace(tmp_path, magnetism=0.15, tests=((1.0, 0.01), (3.0, 0.005)))

@@ -28,6 +28,7 @@ STRENGTH: dict[str, tuple[float, ...]] = {
     "gas-spring": (3000.0, 4.0),
     "inertia": (2.5,),
     "quadratic-drag": (900.0, 0.02),
+    "relief-valve": (0.4, 0.2, 150.0, 500.0),
     "residual-magnetism": (0.1,),
     "slow-release": (0.4, 0.05),
     "stribeck": (40.0, 0.03, 1.5, 5e-4, 0.4, 3e-4),

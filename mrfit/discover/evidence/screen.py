@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mrfit.core.channels import CONTROL
+from mrfit.core.channels import CONTROL, unit_of
 from mrfit.core.specs import Array, EffectSpec, Invariance, Param
 from mrfit.discover.evidence.bench import Bench
 from mrfit.discover.evidence.refit import Fitter, Refit
@@ -175,7 +175,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_
     moves = [
         [share * (p.high - p.low) * (1.0 if n < p.high else -1.0) for p, n in strengths] for share in _steps(effect)
     ]
-    for shapes in _shape_grid(effect):
+    for shapes in _shape_grid(effect, fitter):
         theta = centre.copy()
         for n, value in shapes.items():
             theta[names.index(n)] = value
@@ -206,18 +206,26 @@ def _steps(effect: EffectSpec) -> list[float]:
     return [STANDARD.screening_step, *(STANDARD.screened_signed_shapes if effect.slot == "input" else ())]
 
 
-def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
+def _shape_grid(effect: EffectSpec, fitter: Fitter) -> list[dict[str, float]]:
     shapes = [p for p in effect.params if p.role == "shape"]
     starts = {f"{effect.name}.{q.name}": q.start for q in shapes}
     for p in sorted(shapes, key=lambda q: q.scale != "log"):
-        tried = _trial_values(p)
+        tried = _trial_values(p, fitter)
         if tried:
             return [{**starts, f"{effect.name}.{p.name}": value} for value in tried]
     return [starts]
 
 
-def _trial_values(shape: Param) -> list[float]:
-    """Return values at which a shape is tried: over its decades, or, where it may have either sign, on both sides."""
+def _trial_values(shape: Param, fitter: Fitter) -> list[float]:
+    """Return values at which a shape is tried.
+
+    A level of the output is tried over what was measured, another shape over its decades, or on both sides where it may
+    have either sign.
+    """
+    if shape.scale == "log" and shape.unit == unit_of(fitter.assembly(()).spec.output):
+        largest = max(float(np.max(np.abs(s.measured))) for s in fitter.bench.stretches)
+        levels = np.linspace(0.0, largest, STANDARD.screened_shapes + 2)[1:-1]
+        return [float(v) for v in np.clip(levels, shape.low, shape.high)]
     if shape.scale == "log":
         return [float(v) for v in np.geomspace(shape.low, shape.high, STANDARD.screened_shapes + 2)[1:-1]]
     if shape.low == -shape.high:
