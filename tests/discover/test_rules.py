@@ -129,8 +129,8 @@ def follows(records: int, ratio: float, score: float) -> Rule:
     return lambda p: rules.goes_on(Repetition(1.0, (Contrast(np.log(ratio), score),) * records), p)
 
 
-def left(error: float, structure: float) -> Rule:
-    return lambda p: rules.clearly_left(error, structure, False, p)
+def left(error: float, structure: float, measured: bool = False) -> Rule:
+    return lambda p: rules.clearly_left(error, structure, False, measured, p)
 
 
 def asked_rivals(reach: float, count: int = 1) -> Rule:
@@ -354,9 +354,21 @@ def test_what_may_be_noise_is_not_held_against_effects() -> None:
     assert too_much(10.0, 9.0, noise=5.0)(STANDARD)
 
 
+def test_an_error_far_above_a_floor_that_was_measured_is_no_noise_of_another_colour() -> None:
+    assert left(2.1, 0.0, measured=True)(STANDARD)
+    assert not left(1.9, 0.0, measured=True)(STANDARD)
+    assert not left(7.9, 0.0)(STANDARD)
+
+
+@pytest.mark.parametrize(("told", "verdict"), [(True, "unexplained"), (False, "none")])
+def test_nothing_is_missing_is_not_said_of_an_error_far_above_a_measured_floor(told: bool, verdict: str) -> None:
+    world = World({(): 3.0, ("a",): 2.9}, falls={("a",): 0.5}, noise_is_told=told)
+    assert decide(world, STANDARD).verdict == verdict
+
+
 def test_what_was_taken_back_is_told_of_the_error_left() -> None:
-    assert rules.clearly_left(3.0, 0.0, True, STANDARD)
-    assert not rules.clearly_left(1.2, 0.0, True, STANDARD)
+    assert rules.clearly_left(3.0, 0.0, True, False, STANDARD)
+    assert not rules.clearly_left(1.2, 0.0, True, False, STANDARD)
 
 
 def test_an_effect_that_takes_the_error_to_the_noise_where_it_was_fitted_is_beyond_chance() -> None:

@@ -51,6 +51,7 @@ class World:
 
     errors: Mapping[tuple[str, ...], float]
     noise: float = 1.0
+    noise_is_told: bool = False
     cosines: Mapping[tuple[str, str], float] = field(default_factory=dict)
     strengths: Mapping[str, float] = field(default_factory=dict)
     falls: Mapping[tuple[str, ...], float] = field(default_factory=dict)

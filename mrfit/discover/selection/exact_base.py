@@ -245,7 +245,7 @@ class ExactBase:
         if source.noise > 1.0:
             told = chosen.taken_back or structure > policy.structure
             return word_of_unknown_noise(final.holdout, source.noise, told, policy)
-        left = clearly_left(final.holdout, structure, chosen.taken_back, policy)
+        left = clearly_left(final.holdout, structure, chosen.taken_back, source.noise_is_told, policy)
         return "unexplained" if left or goes_on(source.repetition(final), policy) else "none"
 
     def _leaves_too_much(self, chosen: Selection) -> bool:

@@ -205,6 +205,10 @@ class EvidenceSource(Protocol):
         """The most that the noise of held-out conditions can be, in multiples of its floor."""
 
     @property
+    def noise_is_told(self) -> bool:
+        """Whether no floor of held-out conditions can hold the error of a law: it was measured, or is no larger."""
+
+    @property
     def library(self) -> Mapping[str, LibraryEffect]:
         """The effects that may be missing."""
 

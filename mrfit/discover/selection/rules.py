@@ -242,10 +242,13 @@ def goes_on(repetition: Repetition, policy: Policy) -> bool:
     return repetition.error > policy.far_above or follows_the_output(repetition, policy)
 
 
-def clearly_left(error: float, structure: float, taken_back: bool, policy: Policy) -> bool:
-    """Return whether an error above a noise floor that is known is no noise: something is told of it."""
-    told = structure > policy.structure or taken_back or error > policy.beyond_any_colour
-    return error > policy.clearly_above and told
+def clearly_left(error: float, structure: float, taken_back: bool, measured: bool, policy: Policy) -> bool:
+    """Return whether an error above a noise floor that is known is no noise: something is told of it.
+
+    Noise that was measured has its colour in the floor, one of a white spectrum may be larger than its floor.
+    """
+    beyond = policy.far_above if measured else policy.beyond_any_colour
+    return error > policy.clearly_above and (structure > policy.structure or taken_back or error > beyond)
 
 
 def word_of_unknown_noise(error: float, noise: float, told: bool, policy: Policy) -> str:
