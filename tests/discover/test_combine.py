@@ -77,6 +77,22 @@ def test_an_effect_that_takes_nothing_on_conditions_held_out_is_turned_down() ->
         assert rest.verdict == ("named" if others else "unexplained") and rest.shadows == (shadow,)
 
 
+def test_a_force_that_the_base_makes_itself_is_not_missing() -> None:
+    """Guo's law has a spring of its own, tied to its damping: an examination finds it in any data of that law."""
+    examined = LawFindings(
+        named=(effect("s"),), in_the_model=("s",), errors=LawErrors(0.2, 0.02, 0.02, 0.01, 0.02, 0.02)
+    )
+    found = combine(exact(), examined, STANDARD)
+    assert (found.verdict, found.named) == ("unexplained", ())
+    assert [s.name for s in found.shadows] == ["s"]
+    # another effect beside a base that is as good as any law is confirmed, as without an examination
+    beside = exact("named", "a", left=1.0)
+    assert combine(beside, examined, STANDARD, noisy=True).named == ("a",)
+    assert combine(beside, replace(examined, in_the_model=()), STANDARD, noisy=True).named == ("s",)
+    # what the model has only since the effect was added to it is none of the base
+    assert combine(exact("named", "s"), examined, STANDARD).named == ("s",)
+
+
 def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
     nothing = LawFindings(broken=(broken(0.9),))
     for verdict in ("ambiguous", "named"):

@@ -14,7 +14,7 @@ from mrfit.core.protocols import Effect
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import Base, none
 from mrfit.discover.invariance.estimate import table
-from mrfit.discover.invariance.explained_by_base import lawful, owns
+from mrfit.discover.invariance.explained_by_base import lawful, owns, strength_in
 from mrfit.discover.invariance.findings import (
     LawErrors,
     LawFindings,
@@ -101,6 +101,7 @@ def examine(
             after * float(np.sqrt(setting.rows / max(setting.rows - columns, 1))),
         ),  # fmt: skip
         law_gap=gap,
+        in_the_model=_in_the_model(setting, weights, chosen, exact),
         travel=setting.scales.lengths[-1] * setting.scales.travel,
         time=setting.scales.longest,
     )
@@ -199,12 +200,34 @@ def _no_sensitivity(setting: RegressionData, chosen: LawSelection, policy: Polic
     ]
 
 
+def _in_the_model(
+    setting: RegressionData, weights: Sequence[Array], chosen: LawSelection, left: Sequence[Array]
+) -> tuple[str, ...]:
+    """Return the effects whose force a model has itself, as strong as it was found: v + Omega*x has a spring."""
+    if not left:
+        return ()
+    output = [t + own / setting.scales.span for t, own in zip(setting.targets, _rows_of(setting, left), strict=True)]
+    adding = {d: setting.known[d.row.name] for d in chosen.found if setting.known[d.row.name].adds}
+    return tuple(d.row.name for d, e in adding.items() if _holds(d, strength_in(setting, weights, e, output)))
+
+
+def _holds(found: EffectDescription, strength: float) -> bool:
+    """Return whether the interval of an effect's strength holds a value."""
+    own = found.parameters[0]
+    return (own.low is None or own.low <= strength) and (own.high is None or strength <= own.high)
+
+
 def _exact_error(setting: RegressionData, left: Sequence[Array]) -> float | None:
     """Return the RMS over the range of what a model leaves, on the rows of the regression."""
     if not left:
         return None
-    whole = [np.concatenate([np.zeros(r.lead), own]) for r, own in zip(setting.records, left, strict=True)]
-    return rms([setting.row_means(at, own) for at, own in enumerate(whole)]) / setting.scales.span
+    return rms(_rows_of(setting, left)) / setting.scales.span
+
+
+def _rows_of(setting: RegressionData, values: Sequence[Array]) -> list[Array]:
+    """Return the means over each row of values per record (N,)."""
+    whole = [np.concatenate([np.zeros(r.lead), own]) for r, own in zip(setting.records, values, strict=True)]
+    return [setting.row_means(at, own) for at, own in enumerate(whole)]
 
 
 def _base_error(setting: RegressionData, response: Sequence[Array]) -> float | None:

@@ -7,8 +7,10 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.base import Base
+from mrfit.discover.invariance.estimate import table
 from mrfit.discover.invariance.records import Record
 from mrfit.discover.invariance.sensitivity import ExaminedEffect, added
+from mrfit.discover.invariance.setting import RegressionData
 from mrfit.discover.policy import STANDARD, Policy
 
 
@@ -21,8 +23,7 @@ def owns(base: Base, records: Sequence[Record], effect: ExaminedEffect, policy: 
         return True
     if not effect.adds or not base.terms[0].shape[1]:
         return False
-    unit = effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
-    force = np.concatenate([r.measured(added(effect, r, unit)) for r in records])
+    force = np.concatenate([r.measured(added(effect, r, unit_of(effect))) for r in records])
     terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
     terms = np.column_stack([terms, np.ones(len(terms))])
     return bool(explained(terms, force) > policy.owned)
@@ -35,6 +36,36 @@ def explained(terms: Array, force: Array) -> float:
         return 0.0
     found = np.linalg.lstsq(terms, force, rcond=STANDARD.owned_rank)[0]
     return 1.0 - float(np.sum((force - terms @ found) ** 2)) / power
+
+
+def strength_in(
+    setting: RegressionData, weights: Sequence[Array], effect: ExaminedEffect, output: Sequence[Array]
+) -> float:
+    """Return the strength of an effect that adds a force in the output of a model, beside the best law for it.
+
+    Parameters
+    ----------
+    setting
+        Records ready to be regressed.
+    weights
+        Of each row, per record (n,).
+    effect
+        The effect, at its neutral shape.
+    output
+        What the model gives for each row over the range, per record (n,).
+    """
+    unit = unit_of(effect)
+    columns = [
+        [setting.row_means(at, added(effect, record, unit)) / setting.scales.span]
+        for at, record in enumerate(setting.records)
+    ]
+    made = table(replace(setting, targets=tuple(output)), weights, {}, columns)
+    return float(made.solve(made.total, effects=1)[made.size] / made.scales[0] * effect.value(unit))
+
+
+def unit_of(effect: ExaminedEffect) -> Array:
+    """Return the parameters (Q,) of an effect of strength 1, of -1 where only those below zero are physical."""
+    return effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
 
 
 def lawful(base: Base, records: Sequence[Record], effects: Sequence[ExaminedEffect], law: Sequence[Array]) -> Base:
@@ -58,10 +89,7 @@ def lawful(base: Base, records: Sequence[Record], effects: Sequence[ExaminedEffe
     adding = [e for e in effects if e.adds]
     if not count or not adding:
         return base
-    units = [e.at(np.array(e.spec.neutral), 0, 1.0 if e.of(0).high > 0.0 else -1.0) for e in adding]
-    force = np.vstack(
-        [np.stack([r.measured(added(e, r, u)) for e, u in zip(adding, units, strict=True)], axis=1) for r in records]
-    )
+    force = np.vstack([np.stack([r.measured(added(e, r, unit_of(e))) for e in adding], axis=1) for r in records])
     terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
     forces = np.vstack([c[r.lead :] for c, r in zip(law, records, strict=True)])
     every = max(len(terms) // STANDARD.owned_samples, 1)

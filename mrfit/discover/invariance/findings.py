@@ -96,6 +96,8 @@ class LawFindings:
         Of the base, of the best law alone, of the best law with the named effects, and noise.
     law_gap
         How far the base's law is off; None where no response of a base was given.
+    in_the_model
+        Named effects whose force the model taken as exact has itself, as strong as it was found.
     travel, time
         Horizon of travel (m or rad) and time (s) within which a law was let remember.
     """
@@ -107,5 +109,6 @@ class LawFindings:
     broken: tuple[BrokenInvariance, ...] = ()
     errors: LawErrors = field(default_factory=lambda: LawErrors(None, 0.0, 0.0, 0.0))
     law_gap: LawGap | None = None
+    in_the_model: tuple[str, ...] = ()
     travel: float = 0.0
     time: float = 0.0

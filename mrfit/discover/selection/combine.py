@@ -168,7 +168,7 @@ def combine(
     exact = CombinedResult(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable or chosen.verdict == "none":
         return exact
-    shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
+    shadows = tuple(s for n in examined.named if (s := _shadow(n, chosen, examined, policy)) is not None)
     hidden, as_good = {s.name for s in shadows}, noisy and _as_good_as_any_law(examined, policy)
     standing = tuple(
         n.model_copy(update={"one_of": _partners(chosen, examined, n, policy, as_good)})
@@ -305,12 +305,14 @@ def _as_good_as_any_law(examined: LawFindings, policy: Policy) -> bool:
     return errors.exact is not None and errors.exact <= policy.as_good * max(errors.open, errors.noise)
 
 
-def _shadow(effect: InvariantEffect, examined: LawFindings, policy: Policy) -> Shadow | None:
+def _shadow(effect: InvariantEffect, chosen: Selection, examined: LawFindings, policy: Policy) -> Shadow | None:
     """Return the reason against an effect; None if it is believed.
 
-    What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the
-    effect would be a part of something else.
+    What the base makes itself is not missing. What breaks the same invariance beside an effect, and takes no little
+    share of what it takes, may be all that is there: the effect would be a part of something else.
     """
+    if effect.name in examined.in_the_model and effect.name not in chosen.effects:
+        return Shadow(effect.name, "the base makes this force itself, as strong as it was found")
     share = significance(effect).share
     for row in examined.broken:
         if row.invariance == effect.breaks and row.kept * (1.0 - share) > policy.broken_beside * share:

@@ -7,9 +7,10 @@ import pytest
 
 from mrfit.core.registry import load
 from mrfit.discover.invariance.base import Base, base_of, none
-from mrfit.discover.invariance.explained_by_base import explained, lawful, owns
+from mrfit.discover.invariance.explained_by_base import explained, lawful, owns, strength_in
 from mrfit.discover.invariance.sensitivity import ExaminedEffect, examined
 from mrfit.discover.invariance.setting import setting_of
+from mrfit.discover.invariance.weights import equal
 from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -63,6 +64,21 @@ def test_a_term_that_ties_a_spring_to_a_damping_is_left_out() -> None:
     assert found.terms[0].shape[1] == 1
     np.testing.assert_array_equal(found.terms[0], kept[0])
     assert explained(speed[:, None], speed + 2.0 * place) < 1.0
+
+
+@pytest.mark.parametrize(("omega", "stiffness"), [(2.0, 2600.0), (0.5, 650.0), (0.0, 0.0)])
+def test_the_strength_of_an_effect_in_a_model_is_what_its_law_ties_to_others(omega: float, stiffness: float) -> None:
+    """Guo's law holds C_inf*(v + Omega*x), which is a damper with a spring of C_inf*Omega beside it."""
+    rows, assembly = records(), assemble("guo")
+    drives = [np.stack([r.channels[n] for n in assembly.spec.inputs]) for r in rows]
+    theta = np.array([[300.0, 1300.0, 60.0, omega, 0.0]])
+    own = setting_of(rows, none(rows).terms, [effect("gas-spring")], STANDARD)
+    forces = [assembly.simulate(d, theta, r.dt)[0] for d, r in zip(drives, rows, strict=True)]
+    output = [own.row_means(k, f) / own.scales.span for k, f in enumerate(forces)]
+    # any law takes a little of a spring, and gives a little
+    assert strength_in(own, equal(own), own.known["gas-spring"], output) == pytest.approx(
+        stiffness, rel=0.15, abs=100.0
+    )
 
 
 @pytest.mark.parametrize("share", [0.9991, 0.9989])
