@@ -389,13 +389,16 @@ def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _Depen
     """Return the decision with laws of current chosen beside the likeliest effect, where they tell more than others.
 
     Laws that are chosen for the base alone bend after what an effect does. One that leaves noise where it was fitted
-    may be all that is missing, though held-out tests err and others are named beside it.
+    may be all that is missing, though held-out tests err and others are named beside it. Where the decision is open, it
+    may leave a little more: the bent law has its part in that.
     """
     found = decided.judged
     chosen, floors = found.chosen, _floors(found.gathering)
     likely = min((t.fit for t in chosen.trials), key=lambda fit: fit.train, default=chosen.base)
-    clear = len(chosen.effects) <= 1 and not worth_examining(chosen, floors, STANDARD)
-    if clear or not likely.effects or likely.train > STANDARD.examined_above_floor * floors.fitted:
+    opened = worth_examining(chosen, floors, STANDARD)
+    most = STANDARD.above_noise if opened else STANDARD.examined_above_floor
+    clear = len(chosen.effects) <= 1 and not opened
+    if clear or not likely.effects or likely.train > most * floors.fitted:
         return decided
     held = {n: v for n, v in likely.values.items() if n.partition(".")[0] in likely.effects}
     currents = current_dependence(job.settings, job.data, likely.effects, held)

@@ -392,7 +392,9 @@ BESIDE = CurrentDependence((("fy", "sat2"),), 0.0, 2.0)
         ("named at 1.0 inertia", False, {"inertia": 1.0}, None, "", False),
         ("none at 1.0", False, {"inertia": 1.0}, None, "", False),
         # none leaves noise where it was fitted
-        ("unexplained at 2.0", True, {"inertia": 1.3}, None, "", False),
+        ("unexplained at 2.0", True, {"inertia": 1.6}, None, "", False),
+        ("unexplained at 2.0", True, {"inertia": 1.4}, BESIDE, "named at 0.9 inertia", True),
+        ("named at 1.0 inertia delay", False, {"inertia": 1.3}, None, "", False),
         ("unexplained at 2.0", True, {}, None, "", False),
         # the same laws, or none that explain the gap
         ("unexplained at 2.0", True, {"inertia": 1.0}, CHOSEN, "", False),
