@@ -276,6 +276,10 @@ class _Job:
     asked: DiscoveryRequest
     progress: Progress
 
+    def again(self, purpose: str) -> "_Job":
+        """Return the job of another decision on the data, whose refits are kept under a key of their own."""
+        return replace(self, asked=replace(self.asked, key=f"{self.asked.key} {purpose}"))
+
 
 @dataclass(frozen=True)
 class Currents:
@@ -343,8 +347,8 @@ def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
         return told
     law = min(quick, key=lambda assembly: len(assembly.spec.params)).spec.name
     settings = replace(job.settings, model=law, current_order="auto", start=())
-    asked = replace(job.asked, model=law, key=f"{job.asked.key} {law}")
-    again = replace(job, settings=settings, asked=asked)
+    again = job.again(law)
+    again = replace(again, settings=settings, asked=replace(again.asked, model=law))
     return with_another_base(told, _exact(again, _decided(again)))
 
 
@@ -379,8 +383,7 @@ def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoi
     unexplained = found.chosen.verdict == "unexplained"
     if not unexplained and not _is_plainer(job, found, by_role):
         return decided
-    again = replace(job, asked=replace(job.asked, key=f"{job.asked.key} usual"))
-    other = _judged(again, by_role)
+    other = _judged(job.again("usual"), by_role)
     fewer = unexplained or set(other.chosen.effects) < set(found.chosen.effects)
     return _DependenceChoice(other, Currents(by_role)) if other.chosen.verdict in DECIDED and fewer else decided
 
@@ -404,8 +407,7 @@ def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _Depen
     currents = current_dependence(job.settings, job.data, likely.effects, held)
     if currents.dependence == decided.currents.dependence:
         return decided
-    key = f"{job.asked.key} beside {likely.effects[0]}"
-    other = _judged(_started(replace(job, asked=replace(job.asked, key=key)), currents), currents.dependence)
+    other = _judged(_started(job.again(f"beside {likely.effects[0]}"), currents), currents.dependence)
     nearer = other.chosen.final.holdout < chosen.final.holdout
     return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and nearer else decided
 
@@ -418,9 +420,8 @@ def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
         return ""
     job.progress("base fit to all tests", 0, 1)
     tests = replace(job.data, segments=[replace(s, role="train") for s in job.data.segments])
-    currents, key = current_dependence(job.settings, tests), f"{job.asked.key} all"
-    settings = _started(job, currents).settings
-    fitter = _fitter(job.workspace, settings, currents.dependence, tests, key)
+    currents = current_dependence(job.settings, tests)
+    fitter = _fitter(_started(replace(job.again("all"), data=tests), currents), currents.dependence)
     errors = dict(
         zip((s.segment.id for s in fitter.bench.stretches), fitter.first(job.settings.seed).train, strict=True)
     )
@@ -445,7 +446,7 @@ def _is_plainer(job: _Job, found: _JudgedDependence, by_role: CurrentDependence 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:
     """Gather evidence with a dependence of the base on current, and select; refits are kept under the job's key."""
     settings, data = job.settings, job.data
-    fitter = _fitter(job.workspace, settings, dependence, data, job.asked.key)
+    fitter = _fitter(job, dependence)
     job.progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
     if any(not s.noise.known for s in fitter.bench.stretches):
@@ -527,16 +528,11 @@ def _started(job: _Job, currents: Currents) -> _Job:
     return replace(job, settings=replace(settings, start=start))
 
 
-def _fitter(
-    workspace: Workspace,
-    settings: Settings,
-    dependence: CurrentDependence | None,
-    data: Dataset,
-    key: str,
-) -> Fitter:
+def _fitter(job: _Job, dependence: CurrentDependence | None) -> Fitter:
+    settings, data, key = job.settings, job.data, job.asked.key
     base = assemble(settings.model, dependence)
     bench = build_bench(data.segments, data.recordings, base, effects_for(base.spec.output), STANDARD)
-    path = workspace.root / "discover" / ".partial" / "fits.json"
+    path = job.workspace.root / "discover" / ".partial" / "fits.json"
     stored = reusable(path, PartialDiscovery)
     known = {}
     if stored and stored.key == key:

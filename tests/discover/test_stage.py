@@ -148,11 +148,12 @@ def test_a_fit_that_was_improved_is_improved_again_by_a_resumed_run(tmp_path: Pa
     study = workspace(tmp_path, mass=12.0)
     segments = study.read_segments()
     data = Dataset(segments, load_recordings(study, segments))
-    fitter = _fitter(study, Settings("tanh"), None, data, "key")
+    job = stage._Job(study, Settings("tanh"), data, DiscoveryRequest("tanh", 0, "", "key"), silent)
+    fitter = _fitter(job, None)
     first, better = np.zeros(3), np.ones(3)
     fitter.keep(("inertia",), first)
     fitter.keep(("inertia",), better)
-    resumed = _fitter(study, Settings("tanh"), None, data, "key")
+    resumed = _fitter(job, None)
     assert np.array_equal(resumed.known["inertia",], first)
 
 
