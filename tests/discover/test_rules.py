@@ -348,6 +348,15 @@ def test_a_shape_that_the_rival_has_too_says_nothing() -> None:
     assert ended(0.99)(STANDARD) and not ended(0.99, rival="v")(STANDARD)
 
 
+@pytest.mark.parametrize(
+    ("level", "stands"), [({"a": 0.06}, True), ({"a": 0.04}, False), ({}, True), ({"b": 0.0}, True)]
+)
+def test_an_effect_that_sets_in_below_all_that_was_measured_is_none(level: dict[str, float], stands: bool) -> None:
+    after = replace(fit(1.0, "a"), levels=level)
+    trial = replace(rules.claim("a", fit(10.0), after, fit(10.0), STANDARD), score=9.0, strength=9.0)
+    assert (not rules.objection(trial, STANDARD)) is stands
+
+
 def test_what_may_be_noise_is_not_held_against_effects() -> None:
     assert too_much(10.0, 4.8)(STANDARD)
     assert not too_much(10.0, 4.8, noise=5.0)(STANDARD)

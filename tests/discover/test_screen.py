@@ -15,7 +15,7 @@ from mrfit.discover.evidence.refit import Fitter
 from mrfit.discover.evidence.screen import cosines, present_basis, screen, unjudgeable
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.exact_base import decide, select
-from mrfit.discover.selection.questions import Join, refit
+from mrfit.discover.selection.questions import Join, Try, refit
 from mrfit.fit.select import load_recordings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -133,6 +133,10 @@ def test_a_force_at_which_a_valve_opens_is_looked_for_among_those_measured(openi
     (only,) = (s.candidate for s in screen(found, found.first(0), [effect], STANDARD))
     assert only.gain > 0.7
     assert only.start["relief-valve.F_o"] == pytest.approx(opening, rel=0.25)
+    source = SimulatedEvidence(found, found.first(0), [effect], STANDARD, 0, silent)
+    source.screen(source.base)
+    largest = max(float(np.max(np.abs(s.measured))) for s in bench.stretches)
+    assert refit(source, Try(source.base, only)).levels["relief-valve"] == pytest.approx(opening / largest, rel=0.05)
 
 
 def test_an_effect_that_remembers_the_current_cannot_be_judged_where_every_test_holds_it(tmp_path: Path) -> None:

@@ -102,6 +102,11 @@ class Bench:
     span: float
     least_floor: float = STANDARD.least_floor
 
+    @property
+    def largest(self) -> float:
+        """Largest size of the measured output."""
+        return max(float(np.max(np.abs(s.measured))) for s in self.stretches)
+
     def of_role(self, role: str) -> list[Stretch]:
         """Return the segments that are fitted (``train``) or held out (``holdout``)."""
         return [s for s in self.stretches if s.segment.role == role]

@@ -12,7 +12,7 @@ from mrfit.core.progress import Progress
 from mrfit.core.specs import EffectSpec
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, paired_z
 from mrfit.discover.evidence.residual_structure import explainable, powers_by_output, repeated_error
-from mrfit.discover.evidence.screen import ScreenedEffect, cosines, reach, screen
+from mrfit.discover.evidence.screen import ScreenedEffect, cosines, is_level, reach, screen
 from mrfit.discover.evidence.steadiness import growths
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.exact_base import decide
@@ -133,7 +133,13 @@ class SimulatedEvidence:
         if number == len(self._refits):
             self._refits.append(refit)
         shapes = {e: refit.shapes(e) for e in refit.effects}
-        return Fit(number, refit.effects, refit.chi("train"), refit.chi("holdout"), refit.values, shapes)
+        levels = {
+            e: refit.values[f"{e}.{p.name}"] / self.fitter.bench.largest
+            for e in refit.effects
+            for p in registry.load("effect", e).SPEC.params
+            if is_level(p, refit.assembly.spec.output)
+        }
+        return Fit(number, refit.effects, refit.chi("train"), refit.chi("holdout"), refit.values, shapes, levels)
 
 
 def gather(source: EvidenceSource, policy: Policy) -> Evidence:

@@ -216,15 +216,19 @@ def _shape_grid(effect: EffectSpec, fitter: Fitter) -> list[dict[str, float]]:
     return [starts]
 
 
+def is_level(param: Param, output: str) -> bool:
+    """Return whether a parameter is a level of the output at which something sets in."""
+    return param.role == "shape" and param.scale == "log" and param.unit == unit_of(output)
+
+
 def _trial_values(shape: Param, fitter: Fitter) -> list[float]:
     """Return values at which a shape is tried.
 
     A level of the output is tried over what was measured, another shape over its decades, or on both sides where it may
     have either sign.
     """
-    if shape.scale == "log" and shape.unit == unit_of(fitter.assembly(()).spec.output):
-        largest = max(float(np.max(np.abs(s.measured))) for s in fitter.bench.stretches)
-        levels = np.linspace(0.0, largest, STANDARD.screened_shapes + 2)[1:-1]
+    if is_level(shape, fitter.assembly(()).spec.output):
+        levels = np.linspace(0.0, fitter.bench.largest, STANDARD.screened_shapes + 2)[1:-1]
         return [float(v) for v in np.clip(levels, shape.low, shape.high)]
     if shape.scale == "log":
         return [float(v) for v in np.geomspace(shape.low, shape.high, STANDARD.screened_shapes + 2)[1:-1]]

@@ -27,6 +27,8 @@ class Fit:
         Parameters by name.
     shapes
         For each effect its shape parameters that are no shares: where in their ranges, 0 to 1, they ended.
+    levels
+        Of each effect that sets in at a level of the output: that level over the largest output measured.
     """
 
     number: int
@@ -35,6 +37,7 @@ class Fit:
     holdout: float
     values: Mapping[str, float] = field(default_factory=dict)
     shapes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    levels: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

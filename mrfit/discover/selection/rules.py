@@ -137,6 +137,8 @@ def objection(trial: EffectTrial, policy: Policy) -> str:
         return "its gain on held-out conditions may be chance"
     if trial.strength <= trial.needed:
         return f"its parameter is only {trial.strength:.1f} standard errors from neutral"
+    if trial.fit.levels.get(trial.name, 1.0) < policy.end_of_range:
+        return "it sets in below all that was measured: it acts everywhere, as another law would"
     return ""
 
 
