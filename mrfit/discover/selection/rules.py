@@ -249,7 +249,7 @@ def clearly_left(error: float, structure: float, taken_back: bool, measured: boo
 
     Noise that was measured has its colour in the floor, one of a white spectrum may be larger than its floor.
     """
-    beyond = policy.far_above if measured else policy.beyond_any_colour
+    beyond = policy.in_sight if measured else policy.beyond_any_colour
     return error > policy.clearly_above and (structure > policy.structure or taken_back or error > beyond)
 
 
