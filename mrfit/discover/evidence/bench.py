@@ -132,6 +132,10 @@ class Bench:
         most = SAME_FLOOR_RATIO * float(np.median(measured))
         return all(s.noise.known and s.noise.value <= most for s in self.of_role(role))
 
+    def noise_is_told(self, role: str) -> bool:
+        """Return whether no noise floor of a role can hold the error of a law."""
+        return self.noise_is_measured(role) or self.noise_is_in_line(role)
+
     def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
         """Return (simulated − measured) / noise floor of each segment of a role, (P, N_s) each, for theta (P, K)."""
         return [differences(s.block_for(assembly), assembly, theta) / s.floor for s in self.of_role(role)]

@@ -61,7 +61,7 @@ class SimulatedEvidence:
         self.fitter = fitter
         self.library = {e.name: library_effect(e) for e in effects}
         self.noise = fitter.bench.most_noise("holdout")
-        self.noise_is_told = fitter.bench.noise_is_measured("holdout") or fitter.bench.noise_is_in_line("holdout")
+        self.noise_is_told = fitter.bench.noise_is_told("holdout")
         self.progress = progress
         self._effects, self._policy, self._seed = effects, policy, seed
         self._refits: list[Refit] = []

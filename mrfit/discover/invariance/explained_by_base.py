@@ -23,7 +23,7 @@ def owns(base: Base, records: Sequence[Record], effect: ExaminedEffect, policy: 
         return True
     if not effect.adds or not base.terms[0].shape[1]:
         return False
-    force = np.concatenate([r.measured(added(effect, r, unit_of(effect))) for r in records])
+    force = np.concatenate([r.measured(added(effect, r, with_unit_strength(effect))) for r in records])
     terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
     terms = np.column_stack([terms, np.ones(len(terms))])
     return bool(explained(terms, force) > policy.owned)
@@ -54,7 +54,7 @@ def strength_in(
     output
         What the model gives for each row over the range, per record (n,).
     """
-    unit = unit_of(effect)
+    unit = with_unit_strength(effect)
     columns = [
         [setting.row_means(at, added(effect, record, unit)) / setting.scales.span]
         for at, record in enumerate(setting.records)
@@ -63,7 +63,7 @@ def strength_in(
     return float(made.solve(made.total, effects=1)[made.size] / made.scales[0] * effect.value(unit))
 
 
-def unit_of(effect: ExaminedEffect) -> Array:
+def with_unit_strength(effect: ExaminedEffect) -> Array:
     """Return the parameters (Q,) of an effect of strength 1, of -1 where only those below zero are physical."""
     return effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
 
@@ -89,7 +89,9 @@ def lawful(base: Base, records: Sequence[Record], effects: Sequence[ExaminedEffe
     adding = [e for e in effects if e.adds]
     if not count or not adding:
         return base
-    force = np.vstack([np.stack([r.measured(added(e, r, unit_of(e))) for e in adding], axis=1) for r in records])
+    force = np.vstack(
+        [np.stack([r.measured(added(e, r, with_unit_strength(e))) for e in adding], axis=1) for r in records]
+    )
     terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
     forces = np.vstack([c[r.lead :] for c, r in zip(law, records, strict=True)])
     every = max(len(terms) // STANDARD.owned_samples, 1)
