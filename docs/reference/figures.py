@@ -12,8 +12,9 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.built_in import own_names
-from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.channels import CHANNELS
 from mrfit.core.specs import Array, EffectSpec
+from mrfit.discover.evidence.screen import is_level
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
@@ -91,7 +92,7 @@ def effect(name: str) -> tuple[Assembly, Channels, Array, Array]:
     without = response(model, theta, drive)
     for p in spec.params:
         # what sets in at a level of the output sets in where the figure shows it
-        if p.role == "shape" and p.scale == "log" and p.unit == unit_of(model.spec.output):
+        if is_level(p, model.spec.output):
             theta[model.spec.names.index(f"{name}.{p.name}")] = 0.5 * np.max(np.abs(without))
     place = model.spec.names.index(f"{name}.{spec.params[0].name}")
     shown = slice(-round(SHOWN / DT), None)
