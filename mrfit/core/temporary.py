@@ -9,10 +9,12 @@ import re
 import shutil
 import stat
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import NoReturn
 
 try:
     import fcntl
@@ -26,6 +28,8 @@ JUST_MADE = 60.0
 # Folders of this process, with the descriptor of each one's lock
 _mine: dict[Path, int] = {}
 _made_in = os.getpid()
+# Held while a folder gets its file or is removed: without the file nobody would know whose it is
+_halfway = threading.Lock()
 
 
 @contextmanager
@@ -46,19 +50,21 @@ def folder(purpose: str) -> Iterator[Path]:
 
 def kept(purpose: str) -> Path:
     """Return a new folder that is removed when this process ends."""
-    global _made_in
+    global _made_in, _halfway
     if _made_in != os.getpid():
         # those of the process that this one is a fork of are not its own
         _mine.clear()
+        _halfway = threading.Lock()
         _made_in = os.getpid()
-    made = Path(tempfile.mkdtemp(prefix=f"mrfit-{purpose}-"))
-    lock = os.open(made / LOCK, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
-    if fcntl:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-    if not _mine:
-        # not earlier: what is registered first is called last, and a command ends its process then
-        atexit.register(remove_own)
-    _mine[made] = lock
+    with _halfway:
+        made = Path(tempfile.mkdtemp(prefix=f"mrfit-{purpose}-"))
+        lock = os.open(made / LOCK, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+        if fcntl:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        if not _mine:
+            # not earlier: what is registered first is called last, and a command ends its process then
+            atexit.register(remove_own)
+        _mine[made] = lock
     return made
 
 
@@ -69,9 +75,29 @@ def remove_own() -> None:
             _remove(made)
 
 
+def end_process(code: int) -> NoReturn:
+    """Remove the folders of this process and end it at once, whatever its other threads are at."""
+    remove_own()
+    with _halfway:
+        os._exit(code)
+
+
 def _remove(made: Path) -> None:
-    with suppress(OSError):
-        os.close(_mine.pop(made))
+    with _halfway:
+        lock = _mine.pop(made, None)
+        if lock is not None:
+            os.close(lock)
+            _removed(made)
+
+
+def _removed(made: Path) -> None:
+    """Remove a folder, its file last: what a kill leaves of it is removed at the next start."""
+    with suppress(OSError), os.scandir(made) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                shutil.rmtree(entry.path, ignore_errors=True)
+            elif entry.name != LOCK:
+                os.unlink(entry.path)
     shutil.rmtree(made, ignore_errors=True)
 
 
@@ -83,7 +109,7 @@ def remove_left() -> None:
         for left in [Path(e.path) for e in entries if FOLDER_NAME.fullmatch(e.name)]:
             with suppress(OSError):
                 if _is_left(left):
-                    shutil.rmtree(left, ignore_errors=True)
+                    _removed(left)
 
 
 def _is_left(left: Path) -> bool:

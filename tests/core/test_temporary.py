@@ -1,10 +1,12 @@
 """Temporary folders go with their process, or at the next start; nobody else's are touched."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -114,7 +116,55 @@ def test_processes_leave_no_folder_when_they_end_or_their_parent_is_killed(commo
         time.sleep(0.1)
         made_old(common)
         temporary.remove_left()
+    assert not [(f, sorted(f.iterdir())) for f in common.iterdir()]
+
+
+@unix
+def test_a_process_that_is_ended_leaves_no_folder_that_nobody_knows(
+    common: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    is_made, ended = threading.Event(), threading.Event()
+
+    def mkdtemp(prefix: str) -> str:
+        made = common / f"{prefix}abcdefgh"
+        made.mkdir(0o700)
+        is_made.set()
+        ended.wait(0.2)
+        return str(made)
+
+    def end(code: int) -> None:
+        assert [(made / temporary.LOCK).is_file() for made in common.iterdir()] == [True]
+        ended.set()
+
+    monkeypatch.setattr(tempfile, "mkdtemp", mkdtemp)
+    monkeypatch.setattr(os, "_exit", end)
+    making = threading.Thread(target=temporary.kept, args=("test",))
+    making.start()
+    is_made.wait()
+    temporary.end_process(1)
+    making.join()
+    assert ended.is_set()
+    temporary.remove_own()
     assert not list(common.iterdir())
+
+
+@unix
+def test_a_folder_whose_removal_was_cut_short_still_has_its_file(common: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = temporary.kept("test")
+    (made / "deeper").mkdir()
+    (made / "a").touch()
+
+    def killed(path: object, **_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "rmtree", killed)
+        with pytest.raises(KeyboardInterrupt):
+            temporary.remove_own()
+    assert (made / temporary.LOCK).is_file()
+    made_old(common)
+    temporary.remove_left()
+    assert not made.exists()
 
 
 def _other_name(folder: Path) -> None:

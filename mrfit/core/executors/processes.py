@@ -222,8 +222,7 @@ def _end_with(ending: Connection) -> None:
     """End this process, whatever it is at, as soon as the parent closes its end of a pipe, or is gone."""
     with suppress(EOFError, OSError):
         ending.recv()
-    temporary.remove_own()
-    os._exit(1)
+    temporary.end_process(1)
 
 
 def _made(sent: bytes, folder: str, quiet: bool) -> bytes:
