@@ -16,13 +16,13 @@ from mrfit.core.channels import ANTIDERIVATIVES, EXCITATIONS, FAST_INPUTS, LEVEL
 from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.errors import DataError
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.signal.noise import noise_floor, noise_level
 from mrfit.signal.plateaus import at_levels
-from mrfit.signal.savitzky_golay import POLYNOMIAL_ORDER, WINDOW_MIN, Smoother
+from mrfit.signal.savitzky_golay import POLYNOMIAL_ORDER, WINDOW_MIN, Smoother, SmoothRanges
 
 # A series is taken where its residual is noise: at most this much above the channel's own white noise …
 WHITE_EXCESS = 1.3
@@ -35,6 +35,8 @@ SERIES_RESOLUTION = 1e-5
 RINGING = 3
 # Share of a channel's slope below which what a series lacks of it is too little to matter
 LEAST_RINGING = 0.02
+# A channel rests where its slope is no larger, in more than this share of its samples; a sine never does
+LEAST_RESTING = 0.05
 # What a series leaves is a drift of the sensor where the means of its cycles hold more than this share of its square
 DRIFT_OF_SERIES = 0.25
 # Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
@@ -339,16 +341,38 @@ def _lacks_harmonics(values: Array, dt: float, series: HarmonicFit, local: Smoot
 
     Beside noise of low frequencies a series has fewer harmonics than the corners of a stroke need, and rings there. In
     the difference of both slopes the error of the series repeats, and what polynomials follow of the noise does not.
+    Where the channel rests, all that is more than the error of the polynomials matters: a friction turns with it.
     Polynomials that leave more than white noise are no judge: they round what they should follow.
     """
     limit = WHITE_EXCESS * noise_level(values)
     cycles = _whole_cycles(series, dt, len(values))
     if series.residual <= limit or local.residual > limit or cycles < 2:
         return False
-    rates = series.derivative(1).sampled(0.0, dt, len(values))
-    slope = local.smoothed(1).values / dt - rates
-    size, rest = float(np.mean(slope**2)), noise_floor(slope, dt, series.frequency, cycles)
-    return size > max(2.0 * rest**2, LEAST_RINGING**2 * float(np.var(rates)))
+    rates, slopes = series.derivative(1).sampled(0.0, dt, len(values)), local.smoothed(1)
+    slope, limit = slopes.values / dt - rates, LEAST_RINGING**2 * float(np.var(rates))
+    resting = (slopes.values / dt) ** 2 < limit
+    if _repeats(slope, limit, series.frequency * dt, cycles):
+        return True
+    if np.mean(resting) < LEAST_RESTING:
+        return False
+    at_rest = np.where(resting, slope - _slow_mean(slope, resting, series.frequency * dt), 0.0)
+    chance = float(np.mean(np.where(resting, slopes.variance, 0.0))) / dt**2
+    return _repeats(at_rest, chance, series.frequency * dt, cycles)
+
+
+def _repeats(error: Array, limit: float, frequency: float, cycles: int) -> bool:
+    """Return whether an error (N,) repeats each cycle, of a frequency per sample, with more power than a limit."""
+    return float(np.mean(error**2)) > max(2.0 * noise_floor(error, 1.0, frequency, cycles) ** 2, limit)
+
+
+def _slow_mean(values: Array, counted: Mask, frequency: float) -> Array:
+    """Return the means (N,) of the values that count within a cycle about each sample: a drift, as of a sensor."""
+    whole = SmoothRanges.between(np.empty(0, dtype=np.int64), len(values))
+    sums, counts = (
+        whole.moving_mean(part, round(0.5 / frequency)) for part in (np.where(counted, values, 0.0), counted * 1.0)
+    )
+    means: Array = sums / np.maximum(counts, 1.0 / len(values))
+    return means
 
 
 @remembered

@@ -178,15 +178,42 @@ def test_a_smooth_periodic_drive_of_many_harmonics_keeps_its_series() -> None:
 @pytest.mark.parametrize("drift", [0.0, 0.01])
 @pytest.mark.parametrize("fitted", [4, 8])
 def test_a_drift_of_the_stroke_sensor_costs_a_series_no_harmonics(drift: float, fitted: int) -> None:
+    """A triangle with round corners."""
     t = np.arange(1250 * fitted) / 1000
-    turning = np.sin(2 * np.pi * 0.8 * t) / 0.3
-    clean = np.tanh(turning)
-    slope = (1 - clean**2) * 2 * np.pi * 0.8 * np.cos(2 * np.pi * 0.8 * t) / 0.3
+    phase = 2 * np.pi * 0.8 * t
+    clean = np.arcsin(0.95 * np.sin(phase))
+    slope = 0.95 * 2 * np.pi * 0.8 * np.cos(phase) / np.sqrt(1 - (0.95 * np.sin(phase)) ** 2)
     noise = 1e-4 * np.random.default_rng(6).standard_normal(len(t))
     log = recording(1e-3, displacement=clean + noise + drift * np.sin(0.9 * t + 0.4))
     drive = smooth(log, segment(0, len(t), 0, 0.8, fitted, "displacement"), ("displacement", "velocity"))
     assert drive.fits is not None and drive.fits[0].harmonics >= 9
     assert np.std(drive.values[1] - slope) < 5e-3 * np.std(slope)
+
+
+def resting(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a round stroke that rests a third of its time, and its slope."""
+    phase = 2 * np.pi * 0.8 * t
+    clean = np.tanh(np.sin(phase) / 0.3)
+    return clean, (1 - clean**2) * 2 * np.pi * 0.8 * np.cos(phase) / 0.3
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.01, 0.05])
+@pytest.mark.parametrize("noise", [0.0, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("fitted", [4, 8])
+def test_a_stroke_that_rests_is_driven_at_rest(drift: float, noise: float, fitted: int) -> None:
+    """A series that lacks harmonics beside a drift rings in the rests, where a friction turns with it."""
+    t = np.arange(1250 * fitted) / 1000
+    clean, slope = resting(t)
+    drifts = drift * np.sin(0.9 * t + 0.4)
+    white = noise * np.random.default_rng(6).standard_normal(len(t))
+    log = recording(1e-3, displacement=clean + white + drifts)
+    drive = smooth(log, segment(0, len(t), 0, 0.8, fitted, "displacement"), ("displacement", "velocity"))
+    still = np.abs(slope) < 0.005
+    error = drive.values[1] - slope
+    with_drift = error - drift * 0.9 * np.cos(0.9 * t + 0.4)
+    assert min(np.std(part[still]) for part in (error, with_drift)) < 1e-4 + 20 * noise
+    assert np.std(error) < 5e-3 * np.std(slope) + drift
+    assert drive.fits is not None or drift > 0.0 or noise == 0.0
 
 
 @pytest.mark.parametrize("drift", [0.0, 2e-3])
