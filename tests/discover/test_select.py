@@ -259,6 +259,7 @@ def test_errors_that_repeat_or_follow_the_output_are_no_noise() -> None:
     assert chosen(quiet).verdict == "none"
     assert chosen(replace(quiet, repeating=Repetition(2.5))).verdict == "unexplained"
     assert chosen(replace(quiet, repeating=Repetition(1.0, (Contrast(0.5, 3.0),) * 6))).verdict == "unexplained"
+    assert chosen(replace(quiet, repeating=Repetition(1.0, (Contrast(-0.5, -3.0),) * 6))).verdict == "none"
     assert chosen(replace(quiet, repeating=Repetition(1.0, (Contrast(0.5, 3.0),) * 4))).verdict == "none"
 
 

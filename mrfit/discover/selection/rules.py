@@ -227,15 +227,15 @@ def drift(growths: Sequence[Growth], policy: Policy) -> Growth | None:
 
 
 def follows_the_output(repetition: Repetition, policy: Policy) -> bool:
-    """Return whether the part of the error that does not repeat depends on how large the output is.
+    """Return whether the part of the error that does not repeat is larger where the output is large.
 
-    An instrument's noise is the same at any point of a cycle. What comes and goes through the specimen, in a rhythm of
-    its own, is not.
+    What comes and goes through the specimen, in a rhythm of its own, is. An instrument's noise is the same at any point
+    of a cycle; that of a clock or of a coarse scale is larger where the output changes fast, and is small.
     """
     if len(repetition.powers) < policy.fewest_records:
         return False
-    ratio = np.median([abs(c.log_ratio) for c in repetition.powers])
-    score = np.median([abs(c.score) for c in repetition.powers])
+    ratio = np.median([c.log_ratio for c in repetition.powers])
+    score = np.median([c.score for c in repetition.powers])
     return bool(ratio > np.log(policy.power_ratio) and score > policy.power_clear)
 
 
