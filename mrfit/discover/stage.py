@@ -397,7 +397,8 @@ def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _Depen
     """
     found = decided.judged
     chosen, floors = found.chosen, _floors(found.gathering)
-    likely = min((t.fit for t in chosen.trials), key=lambda fit: fit.train, default=chosen.base)
+    single = [t.fit for t in chosen.trials] + [chosen.final] * (len(chosen.effects) == 1)
+    likely = min(single, key=lambda fit: fit.train, default=chosen.base)
     opened = worth_examining(chosen, floors, STANDARD)
     most = STANDARD.above_noise if opened else STANDARD.examined_above_floor
     clear = len(chosen.effects) <= 1 and not opened

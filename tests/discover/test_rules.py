@@ -398,3 +398,12 @@ def test_a_rival_that_errs_where_it_was_fitted_is_no_equal_of_one_that_does_not(
     assert not worse(0.99, 1.15)
     assert not worse(1.19, 1.22)
     assert not worse(1.25, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("narrow", "wide", "little"), [(4.1, 1.4, False), (4.1, 2.2, True), (2.4, 1.0, True), (12.0, 9.0, False)]
+)
+def test_of_a_large_gap_nearly_all_that_a_narrow_form_leaves_in_sight_is_no_little(
+    narrow: float, wide: float, little: bool
+) -> None:
+    assert rules.takes_little_more(fit(25.0), fit(narrow, "a"), fit(wide, "a", "b"), STANDARD) == little

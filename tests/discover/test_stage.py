@@ -392,6 +392,9 @@ BESIDE = CurrentDependence((("fy", "sat2"),), 0.0, 2.0)
         ("named at 1.9 delay", True, {"inertia": 1.0, "delay": 1.6}, BESIDE, "named at 0.9 inertia", True),
         ("named at 1.0 inertia", False, {"inertia": 1.0}, None, "", False),
         ("none at 1.0", False, {"inertia": 1.0}, None, "", False),
+        # one that came nearer in a search than any of the first trials
+        ("named at 2.6 inertia", True, {"delay": 1.1, "inertia": 1.2}, BESIDE, "named at 0.9 inertia", True),
+        ("named at 2.6 delay inertia", True, {"delay": 1.6, "inertia": 1.2}, BESIDE, "named at 0.9 inertia", True),
         # none leaves noise where it was fitted
         ("unexplained at 2.0", True, {"inertia": 1.6}, None, "", False),
         ("unexplained at 2.0", True, {"inertia": 1.4}, BESIDE, "named at 0.9 inertia", True),
@@ -415,7 +418,11 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
         verdict, _, error, *effects = words.split()
         own = tuple(SimpleNamespace(fit=fit(2.0, e, train=train)) for e, train in trials.items())
         chosen = SimpleNamespace(
-            base=fit(2.0), final=fit(float(error), *effects), effects=tuple(effects), verdict=verdict, trials=own
+            base=fit(2.0),
+            final=fit(float(error), *effects, train=1.0),
+            effects=tuple(effects),
+            verdict=verdict,
+            trials=own,
         )
         return SimpleNamespace(gathering=None, chosen=chosen)
 

@@ -191,9 +191,15 @@ def widens(wider: EffectTrial, other: EffectTrial, library: Mapping[str, Library
 
 
 def takes_little_more(base: Fit, narrow: Fit, both: Fit, policy: Policy) -> bool:
-    """Return whether a wider form takes no visible share of the base's gap beside the narrow one."""
+    """Return whether a wider form takes no visible share of the base's gap beside the narrow one.
+
+    Nor may it take nearly all of what the narrow one leaves, where that is in sight: of a large gap it is a small share.
+    """
     gaps, lefts, rests = _gaps(base, narrow, both)
-    return float(np.max((lefts - rests) / gaps)) < policy.least_gap_of_wider
+    taken = lefts - rests
+    if narrow.holdout > policy.in_sight and taken[1] > policy.overwhelming * lefts[1]:
+        return False
+    return float(np.max(taken / gaps)) < policy.least_gap_of_wider
 
 
 # --- shadows
