@@ -168,6 +168,19 @@ def test_no_pair_is_fitted_where_little_is_left() -> None:
     assert [q for q in far.asked if isinstance(q[1], Join)]
 
 
+def test_no_pair_is_asked_for_what_may_be_noise() -> None:
+    errors = {(): 5.0, ("a",): 1.6, ("b",): 5.0, ("c",): 5.0, ("a", "b", "c"): 1.0}
+    known, unknown = World(errors), World(errors, noise=2.4)
+    assert (chosen(known).final.effects, chosen(unknown).final.effects) == (("a", "b", "c"), ("a",))
+
+
+def test_effects_of_a_pair_are_not_judged_by_a_search_that_ended_worse() -> None:
+    errors = {(): 10.0, ("a",): 3.0, ("b",): 10.0, ("c",): 10.0, ("a", "b"): 8.0, ("a", "c"): 8.0}
+    strengths = {"a": 9.0, "b": 2.0, "c": 2.0}
+    found = chosen(World({**errors, ("a", "b", "c"): 2.0}, strengths=strengths))
+    assert "b" not in found.final.effects and "c" not in found.final.effects
+
+
 def test_what_was_put_in_one_by_one_and_leaves_too_much_gives_way_to_a_pair() -> None:
     errors = {(): 20.0, ("c",): 6.0, ("a",): 19.0, ("b",): 19.0, ("a", "b"): 1.05}
     found = chosen(World(errors))
@@ -198,7 +211,7 @@ def test_all_effects_with_proof_are_taken_back_though_one_was_dropped_before() -
 def test_what_stays_of_a_pair_and_takes_nothing_is_not_named() -> None:
     errors = {(): 1.5, ("a",): 2.0, ("b",): 1.0, ("c",): 2.0, ("a", "b"): 1.0, ("a", "c"): 1.375, ("b", "c"): 1.0}
     strengths = {"a": 5.0, "b": 0.0, "c": 5.0}
-    found = chosen(World({**errors, ("a", "b", "c"): 1.0}, noise=3.0, strengths=strengths))
+    found = chosen(World({**errors, ("a", "b", "c"): 1.0}, noise=1.2, strengths=strengths))
     assert found.verdict != "named" and found.final == found.base
     assert found.reasons["c"] == "what was left beside it does not lower the error on held-out conditions"
     base, better = fit(2.0), fit(1.5, "a")

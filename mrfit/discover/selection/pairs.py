@@ -22,7 +22,7 @@ def best_pair(inquiry: Inquiry, screening: EffectScreening, trials: Sequence[Eff
         Effects that were tried there alone.
     """
     source, policy, present = inquiry.source, inquiry.policy, screening.present
-    if not asks_for_pairs(present, inquiry.base, policy):
+    if not asks_for_pairs(present, inquiry.base, policy, source.noise):
         return None
     alone = {t.name: t.fit for t in trials}
     known = {c.name: c for c in screening.candidates}
@@ -34,10 +34,12 @@ def best_pair(inquiry: Inquiry, screening: EffectScreening, trials: Sequence[Eff
         Join((*present.effects, one, other), (_together(alone[one], alone[other]), _together(alone[other], alone[one])))
         for one, other in promising
     ]
+    # where a search with one effect more ended worse, the fit without it is what the other is judged by
+    without = {name: fit if fit.train <= present.train else present for name, fit in alone.items()}
     best: Fit | None = None
     with closing(source.refits(questions, [f"refit with {one} and {other}" for one, other in promising])) as fits:
         for pair, both in zip(promising, fits, strict=True):
-            if (best is None or both.holdout < best.holdout) and _proven(inquiry, pair, alone, both):
+            if (best is None or both.holdout < best.holdout) and _proven(inquiry, pair, without, both):
                 best = both
             if best is not None and leaves_little(best, inquiry.base, policy):
                 break
@@ -48,11 +50,11 @@ def _together(first: Fit, second: Fit) -> dict[str, float]:
     return {**first.values, **second.values}
 
 
-def _proven(inquiry: Inquiry, pair: tuple[str, str], alone: Mapping[str, Fit], both: Fit) -> bool:
+def _proven(inquiry: Inquiry, pair: tuple[str, str], without: Mapping[str, Fit], both: Fit) -> bool:
     """Return whether each of two effects has proof beside the other."""
     one, other = pair
-    return inquiry.passes(inquiry.judged(other, alone[one], both)) and inquiry.passes(
-        inquiry.judged(one, alone[other], both)
+    return inquiry.passes(inquiry.judged(other, without[one], both)) and inquiry.passes(
+        inquiry.judged(one, without[other], both)
     )
 
 

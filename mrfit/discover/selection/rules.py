@@ -57,10 +57,14 @@ def worth_a_refit(candidates: Iterable[Candidate], policy: Policy) -> list[Candi
     return [c for c in candidates if not c.reason and c.gain > policy.worth_a_refit][: policy.most_refits]
 
 
-def asks_for_pairs(present: Fit, base: Fit, policy: Policy) -> bool:
-    """Return whether so much is left beside the effects of a fit that two more may be missing."""
+def asks_for_pairs(present: Fit, base: Fit, policy: Policy, noise: float = 1.0) -> bool:
+    """Return whether so much is left beside the effects of a fit that two more may be missing.
+
+    Where the noise is not known, what may be ``noise``, the most that it can be in multiples of the floor, is not left.
+    """
     left, gap = (fit.holdout**2 - 1.0 for fit in (present, base))
-    return not (left < policy.left_for_two * gap or present.holdout < policy.above_noise)
+    least = max(policy.above_noise, policy.clearly_above * noise)
+    return not (left < policy.left_for_two * gap or present.holdout < least)
 
 
 def leaves_little(pair: Fit, base: Fit, policy: Policy) -> bool:
