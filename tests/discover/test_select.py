@@ -175,9 +175,9 @@ def test_no_pair_is_asked_for_what_may_be_noise() -> None:
 
 
 def test_effects_of_a_pair_are_not_judged_by_a_search_that_ended_worse() -> None:
-    errors = {(): 10.0, ("a",): 3.0, ("b",): 10.0, ("c",): 10.0, ("a", "b"): 8.0, ("a", "c"): 8.0}
+    errors = {(): 7.0, ("a",): 2.2, ("b",): 7.0, ("c",): 7.0, ("a", "b"): 6.0, ("a", "c"): 6.0}
     strengths = {"a": 9.0, "b": 2.0, "c": 2.0}
-    found = chosen(World({**errors, ("a", "b", "c"): 2.0}, strengths=strengths))
+    found = chosen(World({**errors, ("a", "b", "c"): 1.4}, strengths=strengths))
     assert "b" not in found.final.effects and "c" not in found.final.effects
 
 
