@@ -1,6 +1,7 @@
 """The decision on invented evidence: what is named, what is not, and why; no simulation, milliseconds each."""
 
 import ast
+from collections.abc import Sequence
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import mrfit.discover
 from mrfit.discover.evidence.gather import gather
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.exact_base import Selection, decide, select, take_back, without_idle
-from mrfit.discover.selection.questions import Contrast, Growth, Join, Repetition, Try
+from mrfit.discover.selection.questions import Contrast, Fit, Growth, Join, Repetition, Try
 from mrfit.discover.selection.rules import leaves_too_much
 from tests.discover.world import UNCLEAR, World, fit
 
@@ -176,8 +177,16 @@ def test_no_pair_is_asked_for_what_may_be_noise() -> None:
 
 def test_effects_of_a_pair_are_not_judged_by_a_search_that_ended_worse() -> None:
     errors = {(): 7.0, ("a",): 2.2, ("b",): 7.0, ("c",): 7.0, ("a", "b"): 6.0, ("a", "c"): 6.0}
+
+    class WorldOfWorseSearches(World):
+        """Answers in which a search with one effect more may end where more is left."""
+
+        def fitted(self, effects: Sequence[str]) -> Fit:
+            own = tuple(sorted(effects))
+            return fit(self.errors[own], *own, number=hash(own)) if own in self.errors else super().fitted(effects)
+
     strengths = {"a": 9.0, "b": 2.0, "c": 2.0}
-    found = chosen(World({**errors, ("a", "b", "c"): 1.4}, strengths=strengths))
+    found = chosen(WorldOfWorseSearches({**errors, ("a", "b", "c"): 1.4}, strengths=strengths))
     assert "b" not in found.final.effects and "c" not in found.final.effects
 
 
