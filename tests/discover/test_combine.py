@@ -64,11 +64,14 @@ def test_an_effect_that_no_law_makes_is_named_where_the_base_taken_as_exact_expl
 
 def test_an_effect_that_takes_nothing_on_conditions_held_out_is_turned_down() -> None:
     lag, spring = effect("lag", Invariance.CURRENT), effect("s")
-    assert of_no_use((lag, spring), {"lag": 0.06, "s": 0.041}, after=0.04) is None
-    assert of_no_use((), {}, after=0.04) is None
+    assert of_no_use((lag, spring), {"lag": 0.06, "s": 0.041}, after=0.04, policy=STANDARD) is None
+    assert of_no_use((), {}, after=0.04, policy=STANDARD) is None
     # the law errs by more than the largest force of either: nothing is told
-    assert of_no_use((lag, spring), {"lag": 0.15, "s": 0.15}, after=0.16) is None
-    shadow = of_no_use((lag, spring), {"lag": 0.039, "s": 0.04}, after=0.04)
+    assert of_no_use((lag, spring), {"lag": 0.15, "s": 0.15}, after=0.16, policy=STANDARD) is None
+    # a little lower, by less than chance
+    hardly = of_no_use((lag, spring), {"lag": 0.06, "s": 0.0401}, after=0.04, policy=STANDARD)
+    assert hardly is not None and hardly.name == "s"
+    shadow = of_no_use((lag, spring), {"lag": 0.039, "s": 0.04}, after=0.04, policy=STANDARD)
     assert shadow is not None and shadow.name == "lag"
     for others in ((spring,), ()):
         found = combine(exact(), LawFindings(named=(lag, *others)), STANDARD)

@@ -183,9 +183,9 @@ def combine(
 
 
 def of_no_use(
-    standing: Sequence[InvariantEffect], without: Mapping[str, float | None], after: float | None
+    standing: Sequence[InvariantEffect], without: Mapping[str, float | None], after: float | None, policy: Policy
 ) -> Shadow | None:
-    """Return the effect whose loss costs least, if held-out conditions are no worse without it; None if there is none.
+    """Return the effect whose loss costs least, if held-out conditions are hardly worse without it, or None.
 
     An effect that is there takes something on conditions that were not fitted. Where the law errs by more than the
     largest force of the effect, that is too little to be seen, and tells nothing.
@@ -198,15 +198,17 @@ def of_no_use(
         Error on held-out conditions (NRMSE) without each of them, the others held.
     after
         The same with all of them.
+    policy
+        The thresholds.
     """
     errors = {
         n.name: error
         for n in standing
         if (error := without[n.name]) is not None and n.standing is not None and n.standing.size > error
     }
-    if after is None or not errors or min(errors.values()) > after:
+    if after is None or not errors or after**2 < (1.0 - policy.least_gain) * min(errors.values()) ** 2:
         return None
-    return Shadow(min(errors, key=errors.__getitem__), "the error on held-out tests is no lower with it")
+    return Shadow(min(errors, key=errors.__getitem__), "the error on held-out tests is hardly lower with it")
 
 
 def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow) -> CombinedResult:

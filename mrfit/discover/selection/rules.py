@@ -197,7 +197,7 @@ def widens(wider: EffectTrial, other: EffectTrial, library: Mapping[str, Library
 def takes_little_more(base: Fit, narrow: Fit, both: Fit, policy: Policy) -> bool:
     """Return whether a wider form takes no visible share of the base's gap beside the narrow one.
 
-    Nor may it take nearly all of what the narrow one leaves, where that is in sight: of a large gap it is a small share.
+    Nor may it take nearly all of what the narrow one leaves, where that is in sight: a small share of a large gap.
     """
     gaps, lefts, rests = _gaps(base, narrow, both)
     taken = lefts - rests

@@ -69,7 +69,7 @@ def beside_open_law(
     examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
     combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told)
     fits = _HeldFits.of(fitter, base, combined)
-    while shadow := of_no_use(combined.standing, fits.without, fits.gap.after):
+    while shadow := of_no_use(combined.standing, fits.without, fits.gap.after, policy):
         combined = turned_down(chosen, combined, shadow)
         fits = _HeldFits.of(fitter, base, combined)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
