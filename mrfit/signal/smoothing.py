@@ -368,9 +368,9 @@ def _repeats(error: Array, limit: float, frequency: float, cycles: int) -> bool:
 def _slow_mean(values: Array, counted: Mask, frequency: float) -> Array:
     """Return the means (N,) of the values that count within a cycle about each sample: a drift, as of a sensor."""
     whole = SmoothRanges.between(np.empty(0, dtype=np.int64), len(values))
-    sums, counts = (
-        whole.moving_mean(part, round(0.5 / frequency)) for part in (np.where(counted, values, 0.0), counted * 1.0)
-    )
+    half = round(0.5 / frequency)
+    sums = whole.moving_mean(np.where(counted, values, 0.0), half)
+    counts = whole.moving_mean(counted.astype(np.float64), half)
     means: Array = sums / np.maximum(counts, 1.0 / len(values))
     return means
 
