@@ -407,3 +407,11 @@ def test_of_a_large_gap_nearly_all_that_a_narrow_form_leaves_in_sight_is_no_litt
     narrow: float, wide: float, little: bool
 ) -> None:
     assert rules.takes_little_more(fit(25.0), fit(narrow, "a"), fit(wide, "a", "b"), STANDARD) == little
+
+
+@pytest.mark.parametrize(("train", "overwhelms"), [(0.95, False), (1.2, False), (1.3, True), (2.0, True)])
+def test_nothing_overwhelms_where_fitted_conditions_leave_noise_without_it(train: float, overwhelms: bool) -> None:
+    before, after = fit(1.9, "a", train=train), fit(1.05, "a", "b", train=0.9)
+    trial = rules.claim("b", before, after, fit(5.5), STANDARD)
+    assert trial.overwhelms is overwhelms
+    assert trial.needed == (STANDARD.not_neutral if overwhelms else STANDARD.clear)

@@ -90,6 +90,8 @@ def claim(
     gain = float(1.0 - (after.holdout / before.holdout) ** 2) if shares.max() > least else 0.0
     far = np.array([before.train, before.holdout]) > policy.above_noise
     settles, overwhelms = ((taken > policy.overwhelming) & far).tolist()
+    # where nothing is left on fitted conditions, held-out ones tell how a fit goes on beyond them, and nothing missing
+    overwhelms = overwhelms and before.train > policy.clearly_above
     first = before == base and of_rest > policy.half and far[1]
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
     return EffectTrial(name, after, gain, overwhelms, needed, settles=settles)
