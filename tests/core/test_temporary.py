@@ -1,7 +1,6 @@
 """Temporary folders go with their process, or at the next start; nobody else's are touched."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -149,22 +148,22 @@ def test_a_process_that_is_ended_leaves_no_folder_that_nobody_knows(
 
 
 @unix
-def test_a_folder_whose_removal_was_cut_short_still_has_its_file(common: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_whose_removal_is_cut_short_still_has_its_file(common: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = temporary.kept("test")
     (made / "deeper").mkdir()
-    (made / "a").touch()
+    for k in range(20):
+        (made / f"{k}").touch()
+        (made / "deeper" / f"{k}").touch()
+    unlink, beside = os.unlink, list[str]()
 
-    def killed(path: object, **_: object) -> None:
-        raise KeyboardInterrupt
+    def watched(path: str, **more: int) -> None:
+        if Path(path).name == temporary.LOCK:
+            beside.extend(p.name for p in made.iterdir() if p.name != temporary.LOCK)
+        unlink(path, **more)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(shutil, "rmtree", killed)
-        with pytest.raises(KeyboardInterrupt):
-            temporary.remove_own()
-    assert (made / temporary.LOCK).is_file()
-    made_old(common)
-    temporary.remove_left()
-    assert not made.exists()
+    monkeypatch.setattr(os, "unlink", watched)
+    temporary.remove_own()
+    assert not beside and not made.exists()
 
 
 def _other_name(folder: Path) -> None:
