@@ -27,9 +27,19 @@ LOCK = ".mrfit-alive"
 JUST_MADE = 60.0
 # Folders of this process, with the descriptor of each one's lock
 _mine: dict[Path, int] = {}
-_made_in = os.getpid()
 # Held while a folder gets its file or is removed: without the file nobody would know whose it is
 _halfway = threading.Lock()
+
+
+def _own_nothing() -> None:
+    """Begin a process that is a fork: the folders are another's, and so is what held the lock."""
+    global _halfway
+    _mine.clear()
+    _halfway = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_own_nothing)
 
 
 @contextmanager
@@ -50,12 +60,6 @@ def folder(purpose: str) -> Iterator[Path]:
 
 def kept(purpose: str) -> Path:
     """Return a new folder that is removed when this process ends."""
-    global _made_in, _halfway
-    if _made_in != os.getpid():
-        # those of the process that this one is a fork of are not its own
-        _mine.clear()
-        _halfway = threading.Lock()
-        _made_in = os.getpid()
     with _halfway:
         made = Path(tempfile.mkdtemp(prefix=f"mrfit-{purpose}-"))
         lock = os.open(made / LOCK, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
@@ -70,9 +74,8 @@ def kept(purpose: str) -> Path:
 
 def remove_own() -> None:
     """Remove the folders of this process, which ends."""
-    if _made_in == os.getpid():
-        for made in list(_mine):
-            _remove(made)
+    for made in list(_mine):
+        _remove(made)
 
 
 def end_process(code: int) -> NoReturn:
@@ -87,10 +90,10 @@ def _remove(made: Path) -> None:
         lock = _mine.pop(made, None)
         if lock is not None:
             os.close(lock)
-            _removed(made)
+            _take_apart(made)
 
 
-def _removed(made: Path) -> None:
+def _take_apart(made: Path) -> None:
     """Remove a folder, its file last: what a kill leaves of it is removed at the next start."""
     with suppress(OSError), os.scandir(made) as entries:
         for entry in entries:
@@ -109,7 +112,7 @@ def remove_left() -> None:
         for left in [Path(e.path) for e in entries if FOLDER_NAME.fullmatch(e.name)]:
             with suppress(OSError):
                 if _is_left(left):
-                    _removed(left)
+                    _take_apart(left)
 
 
 def _is_left(left: Path) -> bool:

@@ -18,11 +18,12 @@ from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, Mask
 from mrfit.errors import DataError
+from mrfit.kernels.windows import moving_mean
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.signal.noise import noise_floor, noise_level
 from mrfit.signal.plateaus import at_levels
-from mrfit.signal.savitzky_golay import POLYNOMIAL_ORDER, WINDOW_MIN, Smoother, SmoothRanges
+from mrfit.signal.savitzky_golay import POLYNOMIAL_ORDER, WINDOW_MIN, Smoother
 
 # A series is taken where its residual is noise: at most this much above the channel's own white noise …
 WHITE_EXCESS = 1.3
@@ -345,32 +346,31 @@ def _lacks_harmonics(values: Array, dt: float, series: HarmonicFit, local: Smoot
     Polynomials that leave more than white noise are no judge: they round what they should follow.
     """
     limit = WHITE_EXCESS * noise_level(values)
-    cycles = _whole_cycles(series, dt, len(values))
-    if series.residual <= limit or local.residual > limit or cycles < 2:
+    if series.residual <= limit or local.residual > limit or _whole_cycles(series, dt, len(values)) < 2:
         return False
-    rates, slopes = series.derivative(1).sampled(0.0, dt, len(values)), local.smoothed(1)
-    slope, limit = slopes.values / dt - rates, LEAST_RINGING**2 * float(np.var(rates))
-    resting = (slopes.values / dt) ** 2 < limit
-    if _repeats(slope, limit, series.frequency * dt, cycles):
+    found, rates = local.smoothed(1), series.derivative(1).sampled(0.0, dt, len(values))
+    slope, little = found.values / dt, LEAST_RINGING**2 * float(np.var(rates))
+    if _repeats(slope - rates, series, dt, little):
         return True
+    resting = slope**2 < little
     if np.mean(resting) < LEAST_RESTING:
         return False
-    at_rest = np.where(resting, slope - _slow_mean(slope, resting, series.frequency * dt), 0.0)
-    chance = float(np.mean(np.where(resting, slopes.variance, 0.0))) / dt**2
-    return _repeats(at_rest, chance, series.frequency * dt, cycles)
+    # a drift of the sensor, which polynomials follow and a series does not, is no ringing
+    apart = slope - rates - _means_over_a_cycle(slope - rates, resting, series.frequency * dt)
+    by_chance = float(np.mean(np.where(resting, found.variance, 0.0))) / dt**2
+    return _repeats(np.where(resting, apart, 0.0), series, dt, by_chance)
 
 
-def _repeats(error: Array, limit: float, frequency: float, cycles: int) -> bool:
-    """Return whether an error (N,) repeats each cycle, of a frequency per sample, with more power than a limit."""
-    return float(np.mean(error**2)) > max(2.0 * noise_floor(error, 1.0, frequency, cycles) ** 2, limit)
+def _repeats(error: Array, series: HarmonicFit, dt: float, limit: float) -> bool:
+    """Return whether an error (N,) repeats with the cycle of a series, and has more power than a limit."""
+    other = noise_floor(error, dt, series.frequency, _whole_cycles(series, dt, len(error)))
+    return float(np.mean(error**2)) > max(2.0 * other**2, limit)
 
 
-def _slow_mean(values: Array, counted: Mask, frequency: float) -> Array:
-    """Return the means (N,) of the values that count within a cycle about each sample: a drift, as of a sensor."""
-    whole = SmoothRanges.between(np.empty(0, dtype=np.int64), len(values))
-    half = round(0.5 / frequency)
-    sums = whole.moving_mean(np.where(counted, values, 0.0), half)
-    counts = whole.moving_mean(counted.astype(np.float64), half)
+def _means_over_a_cycle(values: Array, counted: Mask, frequency: float) -> Array:
+    """Return the means (N,) of the values that count within a cycle, of a frequency per sample, about each sample."""
+    whole, half = (np.array([0]), np.array([len(values)])), round(0.5 / frequency)
+    sums, counts = (moving_mean(np.where(counted, v, 0.0), *whole, half) for v in (values, np.ones(len(values))))
     means: Array = sums / np.maximum(counts, 1.0 / len(values))
     return means
 

@@ -41,7 +41,8 @@ if __name__ == "__main__":
 
 @pytest.fixture
 def common(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A common temporary folder of this test alone."""
+    """A common temporary folder of this test alone, in a process that has no other: a pool of it would need that."""
+    monkeypatch.setattr(temporary, "_mine", {})
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     return tmp_path

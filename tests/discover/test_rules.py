@@ -264,8 +264,8 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "most_rivals": (asked_rivals(0.5, 4), asked_rivals(0.5, 5)),
     "worth_a_duel": (asked_rivals(0.06), asked_rivals(0.04)),
     "left_for_two": (
-        lambda p: rules.asks_for_pairs(fit(2.5), fit(10.0), p),
-        lambda p: rules.asks_for_pairs(fit(2.3), fit(10.0), p),
+        lambda p: rules.asks_for_pairs(fit(2.5), fit(10.0), 1.0, p),
+        lambda p: rules.asks_for_pairs(fit(2.3), fit(10.0), 1.0, p),
     ),
     "little_left": (
         lambda p: rules.leaves_little(fit(1.35), fit(10.0), p),

@@ -22,7 +22,7 @@ def best_pair(inquiry: Inquiry, screening: EffectScreening, trials: Sequence[Eff
         Effects that were tried there alone.
     """
     source, policy, present = inquiry.source, inquiry.policy, screening.present
-    if not asks_for_pairs(present, inquiry.base, policy, source.noise):
+    if not asks_for_pairs(present, inquiry.base, source.noise, policy):
         return None
     alone = {t.name: t.fit for t in trials}
     known = {c.name: c for c in screening.candidates}

@@ -57,10 +57,10 @@ def worth_a_refit(candidates: Iterable[Candidate], policy: Policy) -> list[Candi
     return [c for c in candidates if not c.reason and c.gain > policy.worth_a_refit][: policy.most_refits]
 
 
-def asks_for_pairs(present: Fit, base: Fit, policy: Policy, noise: float = 1.0) -> bool:
+def asks_for_pairs(present: Fit, base: Fit, noise: float, policy: Policy) -> bool:
     """Return whether so much is left beside the effects of a fit that two more may be missing.
 
-    Where the noise is not known, what may be ``noise``, the most that it can be in multiples of the floor, is not left.
+    ``noise`` is the most that the noise can be, in multiples of the floor: what may be that is not left.
     """
     left, gap = (fit.holdout**2 - 1.0 for fit in (present, base))
     least = max(policy.above_noise, policy.clearly_above * noise)
@@ -89,9 +89,9 @@ def claim(
     least = max((least, *(share for other, share in (alike or {}).items() if other in before.effects)))
     gain = float(1.0 - (after.holdout / before.holdout) ** 2) if shares.max() > least else 0.0
     far = np.array([before.train, before.holdout]) > policy.above_noise
-    settles, overwhelms = ((taken > policy.overwhelming) & far).tolist()
+    settles, nearly_all = ((taken > policy.overwhelming) & far).tolist()
     # where nothing is left on fitted conditions, held-out ones tell how a fit goes on beyond them, and nothing missing
-    overwhelms = overwhelms and before.train > policy.clearly_above
+    overwhelms = nearly_all and before.train > policy.clearly_above
     first = before == base and of_rest > policy.half and far[1]
     needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
     return EffectTrial(name, after, gain, overwhelms, needed, settles=settles)
