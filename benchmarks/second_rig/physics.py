@@ -152,7 +152,7 @@ def simulate(damper: Damper, test: Test, on: Strengths, d: Details) -> tuple[np.
     m, law = test.motion, damper.law
     v = m.v
     if "velocity-hysteresis" in on:
-        v = v + on["velocity-hysteresis"] * (m.x - m.x.mean())
+        v = v + on["velocity-hysteresis"] * m.x  # about the middle of the stroke, where every motion has its zero
     field = _field(test, on, d)
     shape = dict(damper.shape)
     u, w = law.parts(m.x, v, shape)

@@ -371,7 +371,9 @@ def _decided(job: _Job) -> _DependenceChoice:
     decided = _DependenceChoice(_judged(_started(job, currents), currents.dependence), currents)
     if choice and not choice.by_role:
         decided = _with_laws_by_role(job, decided)
-    return _with_laws_beside_an_effect(job, decided) if choice and choice.errs else decided
+    if choice and choice.errs:
+        decided = _with_laws_beside_an_effect(job, decided)
+    return _with_laws_as_chosen(job, decided, choice) if choice else decided
 
 
 def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
@@ -408,8 +410,25 @@ def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _Depen
     currents = current_dependence(job.settings, job.data, likely.effects, held)
     if currents.dependence == decided.currents.dependence:
         return decided
-    other = _judged(_started(job.again(f"beside {likely.effects[0]}"), currents), currents.dependence)
-    nearer = other.chosen.final.holdout < chosen.final.holdout
+    return _better_decided(job.again(f"beside {likely.effects[0]}"), currents, decided)
+
+
+def _with_laws_as_chosen(job: _Job, decided: _DependenceChoice, choice: LawChoice) -> _DependenceChoice:
+    """Return the decision with laws of current that may stand for an effect, where nothing else explains the gap.
+
+    They are those of ``LawChoice.dependence``. ``LawChoice.as_base`` lacks what an effect may explain, so that the
+    effect can be found. Where none is, the base may have that law.
+    """
+    as_chosen = Currents(with_steady_loops(choice.dependence, job.settings.model.partition("+")[0]), choice)
+    if decided.judged.chosen.verdict != "unexplained" or as_chosen.dependence == decided.currents.dependence:
+        return decided
+    return _better_decided(job.again("as chosen"), as_chosen, decided)
+
+
+def _better_decided(job: _Job, currents: Currents, decided: _DependenceChoice) -> _DependenceChoice:
+    """Return the decision with other laws of current if it explains the base and errs less on held-out conditions."""
+    other = _judged(_started(job, currents), currents.dependence)
+    nearer = other.chosen.final.holdout < decided.judged.chosen.final.holdout
     return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and nearer else decided
 
 

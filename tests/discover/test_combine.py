@@ -66,8 +66,10 @@ def test_an_effect_that_takes_nothing_on_conditions_held_out_is_turned_down() ->
     lag, spring = effect("lag", Invariance.CURRENT), effect("s")
     assert of_no_use((lag, spring), {"lag": 0.06, "s": 0.041}, after=0.04, policy=STANDARD) is None
     assert of_no_use((), {}, after=0.04, policy=STANDARD) is None
-    # the law errs by more than the largest force of either: nothing is told
-    assert of_no_use((lag, spring), {"lag": 0.15, "s": 0.15}, after=0.16, policy=STANDARD) is None
+    # the law errs by more than the largest force of either: what it takes is not seen, what it adds is
+    assert of_no_use((lag, spring), {"lag": 0.15, "s": 0.15}, after=0.1505, policy=STANDARD) is None
+    harmful = of_no_use((lag, spring), {"lag": 0.15, "s": 0.159}, after=0.16, policy=STANDARD)
+    assert harmful is not None and harmful.name == "lag" and "higher with it" in harmful.reason
     # a little lower, by less than chance
     hardly = of_no_use((lag, spring), {"lag": 0.06, "s": 0.0401}, after=0.04, policy=STANDARD)
     assert hardly is not None and hardly.name == "s"

@@ -358,7 +358,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
             gathering=gathering, chosen=SimpleNamespace(base=fit(2.0), final=final, effects=effects, verdict=verdict)
         )
 
-    choice = SimpleNamespace(by_role=by_role, errs=False, about={"text": ["chosen"]})
+    choice = SimpleNamespace(by_role=by_role, errs=False, dependence=CHOSEN, about={"text": ["chosen"]})
     monkeypatch.setattr(stage, "_judged", judged)
     monkeypatch.setattr(stage, "current_dependence", lambda *_: Currents(CHOSEN, choice))
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: USUAL)
@@ -442,3 +442,44 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
     assert (found is not decided) == kept
     assert asked == [(("inertia",), {})] * (beside is not None)
     assert found.currents.dependence == (BESIDE if kept else CHOSEN)
+
+
+@pytest.mark.parametrize(
+    ("first", "other", "whole", "kept"),
+    [
+        # an effect of the current cannot be proved, but a law that stands for it leaves noise
+        ("unexplained at 4.0", "none at 1.1", BESIDE, True),
+        ("unexplained at 4.0", "named at 1.1 inertia", BESIDE, True),
+        # it explains no more, or errs more on held-out tests
+        ("unexplained at 4.0", "unexplained at 2.0", BESIDE, False),
+        ("unexplained at 4.0", "named at 4.1 inertia", BESIDE, False),
+        # what an effect or the base alone explains keeps its laws
+        ("named at 1.1 current-saturation", "", BESIDE, False),
+        ("none at 1.1", "", BESIDE, False),
+        ("insufficient-data at 4.0", "", BESIDE, False),
+        # there are no other laws
+        ("unexplained at 4.0", "", CHOSEN, False),
+    ],
+)
+def test_laws_that_may_stand_for_an_effect_are_taken_only_where_nothing_else_explains_the_gap(
+    first: str, other: str, whole: CurrentDependence, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def decision(words: str) -> Any:
+        verdict, _, error, *effects = words.split()
+        return SimpleNamespace(chosen=SimpleNamespace(verdict=verdict, final=fit(float(error), *effects)))
+
+    asked: list[CurrentDependence | None] = []
+
+    def judged(job: Any, dependence: CurrentDependence | None) -> Any:
+        asked.append(dependence)
+        return decision(other)
+
+    monkeypatch.setattr(stage, "_judged", judged)
+    monkeypatch.setattr(stage, "_started", lambda job, _: job)
+    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
+    decided = stage._DependenceChoice(decision(first), Currents(CHOSEN))
+    choice: Any = SimpleNamespace(dependence=whole)
+    found = stage._with_laws_as_chosen(job, decided, choice)
+    assert asked == [BESIDE] * bool(other)
+    assert found.currents.dependence == (BESIDE if kept else CHOSEN)
+    assert (found is not decided) == kept

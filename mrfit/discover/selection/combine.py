@@ -185,10 +185,10 @@ def combine(
 def of_no_use(
     standing: Sequence[InvariantEffect], without: Mapping[str, float | None], after: float | None, policy: Policy
 ) -> Shadow | None:
-    """Return the effect whose loss costs least, if held-out conditions are hardly worse without it, or None.
+    """Return an effect without which held-out conditions are hardly worse, or better, or None.
 
     An effect that is there takes something on conditions that were not fitted. Where the law errs by more than the
-    largest force of the effect, that is too little to be seen, and tells nothing.
+    largest force of the effect, what it takes is too little to be seen. What it adds to the error is seen there too.
 
     Parameters
     ----------
@@ -201,14 +201,21 @@ def of_no_use(
     policy
         The thresholds.
     """
-    errors = {
-        n.name: error
-        for n in standing
-        if (error := without[n.name]) is not None and n.standing is not None and n.standing.size > error
-    }
-    if after is None or not errors or after**2 < (1.0 - policy.least_gain) * min(errors.values()) ** 2:
+    if after is None:
         return None
-    return Shadow(min(errors, key=errors.__getitem__), "the error on held-out tests is hardly lower with it")
+    told: dict[str, tuple[float, str]] = {}
+    for effect in standing:
+        error, clear = without[effect.name], effect.standing
+        if error is None or clear is None:
+            continue
+        if clear.size > error and after**2 >= (1.0 - policy.least_gain) * error**2:
+            told[effect.name] = error, "hardly lower"
+        elif after**2 > (1.0 + policy.least_gain) * error**2:
+            told[effect.name] = error, "higher"
+    if not told:
+        return None
+    name = min(told, key=lambda n: told[n][0])
+    return Shadow(name, f"the error on held-out tests is {told[name][1]} with it")
 
 
 def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow) -> CombinedResult:
