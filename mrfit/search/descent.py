@@ -1,6 +1,7 @@
 """One descent from the best of a few starts near the optimum: on thinned data first, then on all of them."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -31,6 +32,8 @@ class Descent(Strategy):
         Share of the squared cost that it may leave.
     exact_below
         Cost below which it goes on to the tolerance of ``multistart``.
+    far_above
+        Cost on thinned data above which it ends where that is, measured on all of them.
     shortens
         Whether it leaves out what comes so long before the first sample compared that the model forgets it.
     thinned_tolerance
@@ -40,6 +43,7 @@ class Descent(Strategy):
     evaluations: int
     tolerance: float
     exact_below: float
+    far_above: float = np.inf
     shortens: bool = False
     thinned_tolerance: float | None = None
     # starts that cost little more than the best descend, too; characteristic points say nothing of an optimum nearby
@@ -62,6 +66,7 @@ class Descent(Strategy):
             if links:
                 at = self.closely(posed, starts)
             objective = coarse_to_fine.objective_of(at, projection, starts, offset_progress(before, how.on_progress))
+            objective.allow(self._allowed(objective, how, links), deadline=how.deadline)
             links.append(self._link(objective, damping, how, before))
             starts = coarse_to_fine.to_full_cube(objective, objective.best_point[None, :])
         result = SearchResult(
@@ -82,12 +87,16 @@ class Descent(Strategy):
         """Return the problem with which it goes on from points (1, F)."""
         return posed
 
+    def _allowed(self, objective: Objective, how: SearchContext, links: Sequence[ChainLink]) -> int:
+        """Return the evaluations of a descent, those of a single model where the one before ended too far."""
+        if links and links[0].cost > self.far_above:
+            return objective.model_simulations
+        allowed = self.evaluations * (objective.dimension + 1)
+        return allowed if how.limits.budget is None else min(allowed, max(how.limits.budget // 2, 1))
+
     def _link(self, objective: Objective, damping: float, how: SearchContext, before: int) -> ChainLink:
         """Return what a descent did on thinned data or, after so many evaluations, on all, where it may end exactly."""
-        allowed = self.evaluations * (objective.dimension + 1)
-        if how.limits.budget is not None:
-            allowed = min(allowed, max(how.limits.budget // 2, 1))
-        objective.allow(allowed, deadline=how.deadline)
+        allowed = objective.allowance.budget - objective.evaluations
         tolerance = self.tolerance if before else self.thinned_tolerance or self.tolerance
         over = multistart.refine(objective, np.asarray(objective.starts), tolerance, damping)
         if before and objective.best_cost < self.exact_below:

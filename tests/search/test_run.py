@@ -14,6 +14,7 @@ from mrfit.search.cube import cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, own_generator
 from mrfit.search.problem import LeastSquaresProblem, ResidualProblem, SegmentBlock
+from mrfit.search.result import SearchResult
 from mrfit.search.strategies import Strategy
 from mrfit.simulate.assembly import assemble
 from tests.fit.toy import block
@@ -181,3 +182,18 @@ def test_a_part_of_a_search_has_randomness_of_its_own() -> None:
     assert not np.array_equal(first, own_generator(np.random.default_rng([7, 9]), "stages").random(3))
     children = np.random.default_rng(7).spawn(2)
     assert not np.array_equal(own_generator(children[0], "x").random(3), own_generator(children[1], "x").random(3))
+
+
+def test_a_descent_that_ends_far_off_on_thinned_data_is_only_measured_on_all() -> None:
+    problem, _, cost = planted()
+    assembly = replace(problem.assembly, spec=replace(problem.assembly.spec, linear=()))
+    stepped, starts = replace(problem, assembly=assembly), np.array([problem.cube.start])
+
+    def ended(far_above: float) -> SearchResult:
+        how = Descent(60, 1e-9, 0.0, far_above=far_above)
+        return search.run(stepped, starts, Limits(), np.random.default_rng(0), how)
+
+    near, far = ended(1.5 * cost), ended(0.5 * cost)
+    assert [link.allowed for link in near.links] == [240, 240]
+    assert [link.allowed for link in far.links] == [240, problem.cube.start.size + 1] and far.links[1].evaluations
+    assert np.sqrt(np.mean(stepped.residuals(far.point[None, :]) ** 2)) == pytest.approx(far.cost, rel=1e-9)

@@ -127,7 +127,7 @@ def _law(asked: _Question, name: str, dependence: CurrentDependence | None) -> O
     other = replace(
         fitter, base=written, dependence=dependence, start={}, known={}, keep=lambda effects, point: None, judged={}
     )
-    alone = other.rough()
+    alone = other.rough(base.chi("train"))
     gap = gap_of(fitter.bench, base, alone)
     last = refitted(with_held(other, held), alone) if held else alone
     beside = gap_of(fitter.bench, base, last)

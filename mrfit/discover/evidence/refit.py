@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -204,11 +204,15 @@ class Fitter:
             self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, self.known[()])
 
-    def rough(self) -> Refit:
-        """Return the base alone where a descent ends from characteristic points of the data: enough to judge it by."""
+    def rough(self, error: float) -> Refit:
+        """Return the base alone where a short descent ends from characteristic points: enough to judge it by.
+
+        ``error`` is the RMS of errors over the floor of what it is compared with: far above it, it is not fitted.
+        """
         assembly, cube = self.assembly(()), self.cube(())
         starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
-        found = _descent(_Problem((), self._posed(assembly, cube), starts), silent)
+        how = replace(NEARBY, evaluations=STANDARD.law_budget, far_above=STANDARD.law_is_far * error)
+        found = _descent(_Problem((), self._posed(assembly, cube), starts), silent, how)
         self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, found.point)
 
@@ -327,9 +331,9 @@ def _params(effect: str) -> tuple[Param, ...]:
     return spec.params
 
 
-def _descent(problem: _Problem, progress: Progress) -> _Optimum:
+def _descent(problem: _Problem, progress: Progress, how: Descent = NEARBY) -> _Optimum:
     """Return the end of a descent from the best start."""
-    found = search.run(problem.posed, problem.points, Limits(), np.random.default_rng(0), NEARBY)
+    found = search.run(problem.posed, problem.points, Limits(), np.random.default_rng(0), how)
     return _Optimum(found.point, found.cost)
 
 
