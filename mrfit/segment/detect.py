@@ -23,6 +23,8 @@ MOVED_DRIVES = ("displacement", "velocity", "angle", "angular_velocity")
 IRREGULAR_SHARE = 0.2
 FEWEST_CYCLE_SAMPLES = 100
 HELD_SHARE = 0.05
+# Deviation in A below which a current is held whatever its mean: one code of a converter, at no current
+STILL_CURRENT = 1e-3
 # How much more departure is accepted in an unsteady recording, and how much more of it that must find.
 UNSTEADY = 3.0
 GAIN = 1.3
@@ -202,7 +204,8 @@ def held_level(recording: Recording, name: str, start: int, stop: int) -> float:
     window = part_of(recording.channels[name], start, stop)
     mean, spread = mean_and_deviation(window)
     # A temperature drifts in any test, so its mean is its level.
-    limit = max(HELD_SHARE * abs(mean), 1.5 * noise_level(window), 0.02 * span(recording.channels[name]))
+    least = STILL_CURRENT if name == "current" else 0.0
+    limit = max(HELD_SHARE * abs(mean), 1.5 * noise_level(window), 0.02 * span(recording.channels[name]), least)
     return mean if spread <= limit or name == "temperature" else float("nan")
 
 

@@ -24,6 +24,8 @@ MOVING = 0.7
 """Least share of steps that are not zero elsewhere in a channel that is stuck."""
 OTHERS_MOVE = 0.3
 """Least part of its range through which another channel moves meanwhile."""
+OF_A_LEVEL, RETURNS = 0.01, 0.05
+"""Part of its range within which a current is at a level, and least share of the other samples at one that is held."""
 
 
 def stuck_rows(channels: Mapping[str, Array], name: str) -> tuple[list[slice], float]:
@@ -69,7 +71,8 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
         off = abs(level) <= code and name in ELECTRICAL
         at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
         jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
-        if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met
+        held = name in ELECTRICAL and _returns_to(values, level, slice(begin, end))
+        if begin == 0 or off or held or (at_end and not jumps):  # a rail is left as smoothly as it is met
             continue
         # until the end a machine may have been switched off
         goes_on = jumps or (certain and end < len(values))
@@ -82,6 +85,12 @@ def _usual(lengths: np.ndarray, fewest: int) -> float:
     """Return the usual length of runs of less than ``fewest`` steps: nine of ten are no longer."""
     short = lengths[lengths < fewest]
     return float(np.percentile(short, 90.0)) if len(short) else 1.0
+
+
+def _returns_to(values: Array, level: float, rows: slice) -> bool:
+    """Return whether a channel (N,) is often at a level outside some rows: a controller that switches holds it there."""
+    others = np.delete(values, rows)
+    return float(np.mean(np.abs(others - level) <= OF_A_LEVEL * np.ptp(values))) > RETURNS
 
 
 def _another_moves(channels: Mapping[str, Array], name: str, rows: slice) -> bool:

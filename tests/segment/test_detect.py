@@ -114,6 +114,14 @@ def test_the_level_comes_from_the_condition_where_it_was_not_recorded() -> None:
     assert (segment.current, segment.temperature) == (0.75, 31.0)
 
 
+def test_a_current_of_zero_that_flickers_by_one_code_is_held() -> None:
+    current = np.zeros(1800)
+    current[[700, 1300]] = 1e-4
+    log = recording("log", 1e-3, {"displacement": sine(9, 200), "current": current})
+    (segment,) = found(log, "displacement").segments
+    assert (segment.cycles, segment.current) == (8, pytest.approx(0.0, abs=1e-6))
+
+
 def test_a_current_that_is_not_held_is_no_level() -> None:
     log = recording("log", 1e-3, {"displacement": sine(9, 200), "current": np.sin(np.arange(1800) / 37.0)})
     segments = found(log, "displacement").segments

@@ -65,6 +65,22 @@ def test_a_coil_may_be_switched_off_and_a_load_cell_may_not() -> None:
     assert rows(stuck(moving(), FIRST, 200, level=0.5), "current") == [(FIRST, FIRST + 200)]
 
 
+def switched(code: float = 5e-4) -> Array:
+    """Return a current between two levels that are reached over an overshoot, as a coil's controller has them."""
+    at = np.arange(N) % 300
+    on, off = 2.0 + 0.1 * np.exp(-at / 8.0), 0.3 - 0.05 * np.exp(-(at - 170.0) / 8.0)
+    ripple = 2e-3 * np.random.default_rng(4).standard_normal(N)
+    quiet = ((at > 90) & (at < 170)) | (at > 260)
+    return np.round((np.where(at < 170, on, off) + np.where(quiet, 0.0, ripple)) / code) * code
+
+
+def test_a_current_that_a_controller_switches_stands_at_its_levels_and_elsewhere_is_stuck() -> None:
+    values = switched()
+    assert rows(values, "current", displacement=moving()) == []
+    assert rows(values, "force", displacement=moving())
+    assert rows(stuck(values, FIRST, 60, level=1.1), "current") == [(FIRST, FIRST + 60)]
+
+
 def test_a_rail_that_is_met_and_left_smoothly_is_none_and_one_with_a_jump_is() -> None:
     clipped = np.minimum(moving(0.0), 0.9)
     assert rows(clipped, displacement=moving(seed=2)) == []
