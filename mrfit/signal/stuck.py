@@ -88,7 +88,7 @@ def _usual(lengths: np.ndarray, fewest: int) -> float:
 
 
 def _returns_to(values: Array, level: float, rows: slice) -> bool:
-    """Return whether a channel (N,) is often at a level outside some rows: a controller that switches holds it there."""
+    """Return whether a channel (N,) is often at a level outside some rows, where a controller holds it."""
     others = np.delete(values, rows)
     return float(np.mean(np.abs(others - level) <= OF_A_LEVEL * np.ptp(values))) > RETURNS
 

@@ -11,6 +11,7 @@ import pytest
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
+from mrfit.discover import stage
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
 from mrfit.discover.invariance.findings import LawErrors, LawFindings
@@ -176,6 +177,19 @@ def slow(base: str, samples: int) -> Rule:
     return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)
 
 
+def beyond(slower: float) -> Rule:
+    """Whether a held-out test is beyond the current of a trained one that is slower, another being held out."""
+    row = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 6.0, 0.01, 0.0, 2, 0.0, float("nan"), "holdout")
+    trained = replace(row, id="t", condition="t", current=1.0, frequency=row.frequency / slower, role="train")
+
+    def fires(policy: Policy) -> bool:
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(stage, "STANDARD", policy)
+            return bool(stage.with_their_speeds_trained([trained, row, replace(row, id="u", condition="u")])[1])
+
+    return fires
+
+
 def _selected(after: float, before: float) -> Selection:
     base, final = fit(before), fit(after, "a")
     return Selection(base, final, final, EffectScreening(base), verdict="named")
@@ -295,6 +309,8 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "no_curve": (shape(0.004, 0.5, "a curve over it nothing"), shape(0.006, 0.5, "a curve over it nothing")),
     "region_told": (region(0.03), region(0.01)),
     "most_said": (region(0.1, 3), region(0.1, 4)),
+    # a fitted test at another current that is slower by two thirds does not tell a law at the speed of the other
+    "as_fast": (beyond(1.4), beyond(1.6)),
     # a law that is not stepped is no work
     "most_work": (slow("boucwen", 20_000), slow("tanh", 20_000)),
     "extrapolates": (

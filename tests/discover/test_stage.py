@@ -309,6 +309,39 @@ def test_what_is_held_out_is_at_currents_that_are_trained_where_it_can_be(traine
     assert bool(word) == bool(moved) and moved in word
 
 
+@pytest.mark.parametrize(
+    ("trained", "held", "moved"),
+    [
+        # two of three fast tests are held out: one of them is outside the current that is left
+        ("0s 1s 2s 2f", "0f 1f", "0f"),
+        ("0s 1s 2s 0f", "1f 2f", "2f"),
+        # inside, or at a current of a test as fast or faster
+        ("0s 1s 2s 0f 2f", "1f 1s", ""),
+        ("0s 1s 0f 1f", "0f 1s", ""),
+        # a slow one is reached by fast ones
+        ("1s 0f 1f 2f", "0s 2s", ""),
+        # no trained test is as fast, or it is all there is to judge by
+        ("0s 1s 2s", "0f 1f", ""),
+        ("0s 1s 2s 2f", "0f", ""),
+        # a current that moves is at no level
+        ("0s 1s 2s 2f", "nf 1f", "1f"),
+    ],
+)
+def test_what_is_held_out_is_not_beyond_the_currents_of_tests_as_fast(trained: str, held: str, moved: str) -> None:
+    def segment(word: str, role: str) -> Segment:
+        current = float("nan") if word[0] == "n" else float(word[0])
+        frequency = 0.5 if word[1] == "s" else 5.0
+        named = replace(SEGMENT, id=f"{word} {role}", condition=f"{word} {role}", frequency=frequency)
+        return replace(named, current=current, role=role)
+
+    segments = [*(segment(w, "train") for w in trained.split()), *(segment(w, "holdout") for w in held.split())]
+    found, word = stage.with_their_speeds_trained(segments)
+    changed = [s.condition for s, was in zip(found, segments, strict=True) if s.role != was.role]
+    assert [c.split()[0] for c in changed] == moved.split() and all(c in word for c in changed)
+    assert bool(word) == bool(moved)
+    assert stage.with_laws_trained(segments)[0] == found
+
+
 @dataclass(frozen=True)
 class LawsByRole:
     """A fitter by which laws of current by role leave the noise beside any effects."""
