@@ -18,6 +18,7 @@ from mrfit.discover.evidence.gather import SimulatedEvidence, gather
 from mrfit.discover.evidence.plain_fit import with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
+from mrfit.discover.hold_out import with_laws_trained
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import DECIDED, Floors, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
@@ -50,8 +51,6 @@ from mrfit.simulate.current_levels import (
     base_of,
     default_orders,
     dependence_on_current,
-    level_of,
-    levels_of,
     recorded_range,
     takes_current,
     tested_currents,
@@ -210,76 +209,6 @@ def by_law_of_current(model: str) -> bool:
     """Return whether parameters of a written model reach a current that no test was trained at by a law alone."""
     spec = base_of(model).spec
     return spec.output in OUTPUTS and not takes_current(spec)
-
-
-def with_laws_trained(segments: Sequence[Segment]) -> tuple[list[Segment], str]:
-    """Return segments of which none is held out that tells a law of current what no trained one does, and a word."""
-    found, at_current = with_their_currents_trained(segments)
-    found, as_fast = with_their_speeds_trained(found)
-    return found, "; ".join(word for word in (at_current, as_fast) if word)
-
-
-def with_their_currents_trained(segments: Sequence[Segment]) -> tuple[list[Segment], str]:
-    """Return segments with roles by which the current of every held-out condition is also trained, and a word on it.
-
-    At a current that no training condition has, the held-out error is that of the law of current, which hides what an
-    effect takes. Of several held-out conditions at such a current all but the last are trained; a single one is, where
-    others stay held out.
-    """
-    levels = levels_of(replace(s, role="train") for s in segments)
-    seen = {level_of(s, levels) for s in segments if s.role == "train"}
-    unseen: dict[float, list[str]] = {}
-    for s in segments:
-        level = level_of(s, levels)
-        if s.role == "holdout" and np.isfinite(level) and level not in seen:
-            unseen.setdefault(level, []).append(s.condition)
-    groups = [sorted(set(own)) for own in unseen.values()]
-    moved = {c for own in groups for c in own[:-1]}
-    alone = {own[0] for own in groups if len(own) == 1}
-    held = {s.condition for s in segments if s.role == "holdout"}
-    moved |= alone if held - moved - alone else set()
-    word = f"no other test is at their current, so {', '.join(sorted(moved))} were fitted here and not held out"
-    return [replace(s, role="train") if s.condition in moved else s for s in segments], word if moved else ""
-
-
-def with_their_speeds_trained(segments: Sequence[Segment]) -> tuple[list[Segment], str]:
-    """Return segments of which none is held out where trained ones as fast tell no law of current, and a word on it.
-
-    What grows with the speed is known at a current only by fast tests there, or on both sides of it. At least one
-    condition stays held out.
-    """
-    found, moved = list(segments), list[str]()
-    while len({s.condition for s in found if s.role == "holdout"}) > 1 and (beyond := _beyond_the_fast(found)):
-        # of two that are too fast, the one within whose currents the other is
-        left = {c: len(_beyond_the_fast(_trained(found, c))) for c in beyond}
-        moved.append(min(beyond, key=lambda c: (left[c], c)))
-        found = _trained(found, moved[-1])
-    word = f"no other test as fast is at or about their current, so {', '.join(sorted(moved))} are fitted here too"
-    return found, word if moved else ""
-
-
-def _trained(segments: Sequence[Segment], condition: str) -> list[Segment]:
-    return [replace(s, role="train") if s.condition == condition else s for s in segments]
-
-
-def _beyond_the_fast(segments: Sequence[Segment]) -> set[str]:
-    """Return the held-out conditions whose current is outside those of trained tests as fast, where there are any."""
-    levels = levels_of(replace(s, role="train") for s in segments)
-    at = {s.id: level_of(s, levels) for s in segments}
-    beyond = set()
-    for s in segments:
-        if s.role == "train" or not np.isfinite(at[s.id]) or not s.cycles:
-            continue
-        as_fast = (t for t in segments if t.role == "train" and STANDARD.as_fast * _speed(t) >= _speed(s))
-        known = [at[t.id] for t in as_fast if np.isfinite(at[t.id])]
-        if known and not min(known) <= at[s.id] <= max(known):
-            beyond.add(s.condition)
-    return beyond
-
-
-def _speed(segment: Segment) -> float:
-    """Return a measure of the speed of a motion, in m/s, 0 of one without cycles."""
-    return segment.amplitude * segment.frequency if segment.cycles else 0.0
 
 
 def insufficient(asked: DiscoveryRequest, lacking: str) -> DiscoveryFile:

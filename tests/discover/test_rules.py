@@ -11,7 +11,7 @@ import pytest
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
-from mrfit.discover import stage
+from mrfit.discover import hold_out
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
 from mrfit.discover.invariance.findings import LawErrors, LawFindings
@@ -184,8 +184,8 @@ def beyond(slower: float) -> Rule:
 
     def fires(policy: Policy) -> bool:
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(stage, "STANDARD", policy)
-            return bool(stage.with_their_speeds_trained([trained, row, replace(row, id="u", condition="u")])[1])
+            patched.setattr(hold_out, "STANDARD", policy)
+            return bool(hold_out.with_their_speeds_trained([trained, row, replace(row, id="u", condition="u")])[1])
 
     return fires
 
