@@ -345,11 +345,13 @@ def _decided(job: _Job) -> _DependenceChoice:
     currents = current_dependence(job.settings, job.data)
     choice = currents.choice
     decided = _DependenceChoice(_judged(_started(job, currents), currents.dependence), currents)
-    if choice and not choice.by_role:
+    if choice is None:
+        return _with_bent_laws(job, decided)
+    if not choice.by_role:
         decided = _with_laws_by_role(job, decided)
-    if choice and choice.errs:
+    if choice.errs:
         decided = _with_laws_beside_an_effect(job, decided)
-    return _with_laws_as_chosen(job, decided, choice) if choice else decided
+    return _with_laws_as_chosen(job, decided, choice)
 
 
 def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
@@ -359,11 +361,28 @@ def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoi
     """
     found, by_role = decided.judged, usual_dependence(job.settings, job.data)
     unexplained = found.chosen.verdict == "unexplained"
-    if not unexplained and not _is_plainer(job, found, by_role):
+    if not unexplained and not _is_plainer(job, found, by_role, STANDARD.simpler_error):
         return decided
     other = _judged(job.again("usual"), by_role)
     fewer = unexplained or set(other.chosen.effects) < set(found.chosen.effects)
     return _DependenceChoice(other, Currents(by_role)) if other.chosen.verdict in DECIDED and fewer else decided
+
+
+def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
+    """Return the decision with a yield force that bends more with a current, where an effect leaves no less.
+
+    Where tests hold too few levels, no law of current is chosen, and an effect that is such a law may stand for it.
+    """
+    found, laws, base = decided.judged, decided.currents.dependence, base_of(job.settings.model.partition("+")[0]).spec
+    if laws is None:
+        return decided
+    yields = {p.name for p in base.params if p.role == "yield"}
+    bent = replace(laws, orders=tuple((n, o + 1 if n in yields and isinstance(o, int) else o) for n, o in laws.orders))
+    if not _is_plainer(job, found, bent, 1.0):
+        return decided
+    other = _judged(job.again("bent"), bent)
+    fewer = other.chosen.verdict in DECIDED and set(other.chosen.effects) < set(found.chosen.effects)
+    return _DependenceChoice(other, Currents(bent)) if fewer else decided
 
 
 def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
@@ -427,16 +446,16 @@ def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
     return not_determined(bench, base, left, STANDARD) if left <= STANDARD.clearly_above else ""
 
 
-def _is_plainer(job: _Job, found: _JudgedDependence, by_role: CurrentDependence | None) -> bool:
-    """Return whether laws of current by role, beside fewer effects, leave no more than effects that are such laws."""
+def _is_plainer(job: _Job, found: _JudgedDependence, laws: CurrentDependence | None, most: float) -> bool:
+    """Return whether laws of current leave no more than effects that are such laws, but for a factor on its square."""
     final = found.chosen.final
     rest = tuple(e for e in final.effects if not is_law_of_current(registry.load("effect", e).SPEC))
     if rest == final.effects:
         return False
     fitter, start = found.gathering.fitter, dict(job.settings.start)
-    fitter = replace(fitter, dependence=by_role, start=start, known={}, judged={}, keep=lambda *_: None)
+    fitter = replace(fitter, dependence=laws, start=start, known={}, judged={}, keep=lambda *_: None)
     (plain,) = fitter.refits([RefitRequest(rest, (final.values,))])
-    return plain.chi("holdout") ** 2 <= STANDARD.simpler_error * final.holdout**2
+    return plain.chi("holdout") ** 2 <= most * final.holdout**2
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:

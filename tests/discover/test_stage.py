@@ -453,3 +453,53 @@ def test_laws_that_may_stand_for_an_effect_are_taken_only_where_nothing_else_exp
     assert asked == [BESIDE] * bool(other)
     assert found.currents.dependence == (BESIDE if kept else CHOSEN)
     assert (found is not decided) == kept
+
+
+@dataclass(frozen=True)
+class BentLaws(LawsByRole):
+    """A fitter by which the base with a law that bends more leaves an error."""
+
+    error: float = 1.0
+
+    def refits(self, wanted: Any) -> Any:
+        """Return the one fit that is asked for."""
+        assert self.dependence.orders == (("fy", 2), ("c", 1)) and [w.effects for w in wanted] == [()]
+        return [SimpleNamespace(chi=lambda role: self.error)]
+
+
+@pytest.mark.parametrize(
+    ("first", "bent", "other", "kept"),
+    [
+        # the law of a moving current was too plain: no effect leaves less than one that bends more
+        ("named at 1.05 current-saturation", 1.04, "none at 1.04", True),
+        ("named at 1.05 current-saturation", 1.06, "", False),
+        # the decision with it is open, or has as many effects
+        ("named at 1.05 current-saturation", 1.04, "unexplained at 1.04", False),
+        ("named at 1.05 current-saturation", 1.04, "named at 1.04 inertia", False),
+        # no effect was named that is such a law
+        ("named at 1.05 inertia", 1.04, "", False),
+        ("unexplained at 4.0", 1.04, "", False),
+    ],
+)
+def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_that_leaves_no_less(
+    first: str, bent: float, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def decision(words: str) -> Any:
+        verdict, _, error, *effects = words.split()
+        chosen = SimpleNamespace(verdict=verdict, effects=tuple(effects), final=fit(float(error), *effects))
+        return SimpleNamespace(chosen=chosen, gathering=SimpleNamespace(fitter=BentLaws(error=bent)))
+
+    asked: list[Any] = []
+
+    def judged(job: Any, dependence: Any) -> Any:
+        asked.append(dependence.orders)
+        return decision(other)
+
+    monkeypatch.setattr(stage, "_judged", judged)
+    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
+    plain = CurrentDependence((("fy", 1), ("c", 1)), 0.0, 2.0)
+    decided = stage._DependenceChoice(decision(first), Currents(plain))
+    found = stage._with_bent_laws(job, decided)
+    assert (found is not decided) == kept and asked == [(("fy", 2), ("c", 1))] * bool(other)
+    constant = stage._DependenceChoice(decision(first), Currents(None))
+    assert stage._with_bent_laws(job, constant) is constant
