@@ -1,4 +1,4 @@
-"""Which tests a discovery holds out: none that alone tells what a law of current is made of.
+"""The choice of the tests that a discovery holds out: none that alone tells what a law of current is made of.
 
 Where a held-out test is at a current, or as fast at a current, that no fitted test tells of, its error is that of the
 law of current. It hides what an effect takes.
