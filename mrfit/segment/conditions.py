@@ -248,11 +248,11 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
     segments
         Segments with named conditions.
     holdout
-        ``none``; ``auto``: a quarter of the conditions, none below four tests, never more than half of one kind of test
-        (waveform, current held or moving) and one of each kind that has two. First come conditions whose current and
-        temperature others keep in training, then those between two such levels, then those inside the grid of
-        frequency, amplitude and current; or, separated by commas, ``quantity=value`` (within 5 %) and patterns on
-        condition names. A test is a condition, or a record without cycles.
+        ``none``; ``auto``: a quarter of the conditions, none below four tests, never more than half of all tests or of
+        one kind of test (waveform, current held or moving), and one of each kind that has two. First come conditions
+        whose current and temperature others keep in training, then those between two such levels, then those inside the
+        grid of frequency, amplitude and current; or, separated by commas, ``quantity=value`` (within 5 %) and patterns
+        on condition names. A test is a condition, or a record without cycles.
 
     Raises
     ------
@@ -360,6 +360,7 @@ def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     if len({(s.condition, "" if s.cycles else s.recording) for s in segments}) < FEWEST_FOR_HOLDOUT:
         return set()
     grid, kinds = _grid(segments, conditions)
+    tests = [len({"" if s.cycles else s.recording for s in segments if s.condition == c}) for c in conditions]
     levels, inside = _levels(segments, conditions), np.sum((grid > 0.0) & (grid < 1.0), axis=1)
     room = {k: kinds.count(k) // 2 for k in kinds}
     chosen: list[int] = []
@@ -367,7 +368,8 @@ def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     wanted = [k for k in sorted(room) if room[k] > 0]
     share = max(round(CONDITIONS_HELD_OUT * len(conditions)), min(len(wanted), len(conditions) // 2))
     while len(chosen) < share:
-        open_ = [i for i in range(len(conditions)) if i not in chosen and room[kinds[i]] > 0]
+        most = sum(tests) / 2 - sum(tests[i] for i in chosen)
+        open_ = [i for i in range(len(conditions)) if i not in chosen and room[kinds[i]] > 0 and tests[i] <= most]
         if not open_:
             break
         fresh = [i for i in open_ if not any(kinds[j] == kinds[i] for j in chosen)]

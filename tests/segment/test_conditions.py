@@ -128,6 +128,10 @@ def test_fewer_than_four_conditions_all_train() -> None:
 def test_records_without_cycles_are_tests_of_their_own() -> None:
     random = [segment(n, 0.0, a, waveform="random") for n, a in zip("abcd", (0.4, 0.5, 0.6, 0.501), strict=True)]
     assert list(roles(random, "auto").values()).count("holdout") == 1
+    # four of five records share a condition: to hold it out would leave one to train on
+    alike = [segment(n, 0.0, a, waveform="random") for n, a in zip("abcde", (0.4, 0.4, 0.4, 0.4, 0.6), strict=True)]
+    assert sorted(roles(alike, "auto").values()) == ["holdout", "train"]
+    assert [s.recording for s in assign_roles(name_conditions(alike, {}), "auto") if s.role == "holdout"] == ["e"]
     # one of three is too much, and a repeat of a sine is no other test
     assert set(roles(random[:3], "auto").values()) == {"train"}
     assert set(roles([*grid()[:3], segment("again", 1.0, 3.01)], "auto").values()) == {"train"}
