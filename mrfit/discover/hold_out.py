@@ -4,7 +4,7 @@ Where a held-out test is at a current, or as fast at a current, that no fitted t
 law of current. It hides what an effect takes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +40,7 @@ def with_their_currents_trained(segments: Sequence[Segment]) -> tuple[list[Segme
     held = {s.condition for s in segments if s.role == "holdout"}
     moved |= alone if held - moved - alone else set()
     word = f"no other test is at their current, so {', '.join(sorted(moved))} were fitted here and not held out"
-    return _as(segments, "train", *moved), word if moved else ""
+    return _trained(segments, moved), word if moved else ""
 
 
 def with_their_speeds_trained(segments: Sequence[Segment]) -> tuple[list[Segment], str]:
@@ -52,30 +52,31 @@ def with_their_speeds_trained(segments: Sequence[Segment]) -> tuple[list[Segment
     found, moved = list(segments), list[str]()
     while len({s.condition for s in found if s.role == "holdout"}) > 1 and (lonely := _beside_one_current(found)):
         moved.append(max(lonely, key=lambda c: (lonely[c], c)))
-        found = _as(found, "train", moved[-1])
+        found = _trained(found, moved)
     word = (
         f"the other tests as fast are at one current, so {', '.join(sorted(moved))} were fitted here and not held out"
     )
     return found, word if moved else ""
 
 
-def _as(segments: Sequence[Segment], role: str, *conditions: str) -> list[Segment]:
-    return [replace(s, role=role) if s.condition in conditions else s for s in segments]
+def _trained(segments: Sequence[Segment], conditions: Collection[str]) -> list[Segment]:
+    return [replace(s, role="train") if s.condition in conditions else s for s in segments]
 
 
 def _all_levels(segments: Sequence[Segment]) -> list[float]:
-    return levels_of(_as(segments, "train", *(s.condition for s in segments)))
+    return levels_of(replace(s, role="train") for s in segments)
 
 
 def _beside_one_current(segments: Sequence[Segment]) -> dict[str, float]:
     """Return the held-out conditions of which trained tests as fast are at one other current, and how far it is (A)."""
     levels, found = _all_levels(segments), dict[str, float]()
-    for s in segments:
-        level = level_of(s, levels)
-        as_fast = (t for t in segments if t.role == "train" and STANDARD.as_fast * _speed(t) >= _speed(s))
-        known = {own for t in as_fast if np.isfinite(own := level_of(t, levels))}
-        if s.role == "holdout" and s.cycles and len(known - {level}) == len(known) == 1 and np.isfinite(level):
-            found[s.condition] = abs(level - known.pop())
+    at_level = [(s, level) for s in segments if np.isfinite(level := level_of(s, levels))]
+    for held, level in at_level:
+        if held.role == "train" or not held.cycles:
+            continue
+        as_fast = {own for s, own in at_level if s.role == "train" and STANDARD.as_fast * _speed(s) >= _speed(held)}
+        if len(as_fast) == 1 and level not in as_fast:
+            found[held.condition] = abs(level - as_fast.pop())
     return found
 
 

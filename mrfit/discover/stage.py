@@ -363,9 +363,7 @@ def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoi
     unexplained = found.chosen.verdict == "unexplained"
     if not unexplained and not _is_plainer(job, found, by_role, STANDARD.simpler_error):
         return decided
-    other = _judged(job.again("usual"), by_role)
-    fewer = unexplained or set(other.chosen.effects) < set(found.chosen.effects)
-    return _DependenceChoice(other, Currents(by_role)) if other.chosen.verdict in DECIDED and fewer else decided
+    return _with_fewer_names(job.again("usual"), by_role, decided)
 
 
 def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
@@ -373,16 +371,20 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
 
     Where tests hold too few levels, no law of current is chosen, and an effect that is such a law may stand for it.
     """
-    found, laws, base = decided.judged, decided.currents.dependence, base_of(job.settings.model.partition("+")[0]).spec
+    laws = decided.currents.dependence
     if laws is None:
         return decided
-    yields = {p.name for p in base.params if p.role == "yield"}
+    yields = {p.name for p in base_of(job.settings.model).spec.params if p.role == "yield"}
     bent = replace(laws, orders=tuple((n, o + 1 if n in yields and isinstance(o, int) else o) for n, o in laws.orders))
-    if not _is_plainer(job, found, bent, 1.0):
-        return decided
-    other = _judged(job.again("bent"), bent)
-    fewer = other.chosen.verdict in DECIDED and set(other.chosen.effects) < set(found.chosen.effects)
-    return _DependenceChoice(other, Currents(bent)) if fewer else decided
+    plainer = _is_plainer(job, decided.judged, bent, 1.0)
+    return _with_fewer_names(job.again("bent"), bent, decided) if plainer else decided
+
+
+def _with_fewer_names(job: _Job, laws: CurrentDependence | None, decided: _DependenceChoice) -> _DependenceChoice:
+    """Return the decision with other laws of current if it explains the base by fewer effects, or where nothing did."""
+    chosen, other = decided.judged.chosen, _judged(job, laws)
+    fewer = chosen.verdict == "unexplained" or set(other.chosen.effects) < set(chosen.effects)
+    return _DependenceChoice(other, Currents(laws)) if other.chosen.verdict in DECIDED and fewer else decided
 
 
 def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:

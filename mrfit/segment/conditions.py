@@ -1,6 +1,7 @@
 """Name test conditions and share them out between training and hold-out, whatever the order of the files."""
 
 import fnmatch
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isclose
@@ -357,10 +358,10 @@ def _equals(segment: Segment, name: str, text: str) -> bool:
 
 def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     # records without cycles that share a condition move differently, each is a test of its own
-    if len({(s.condition, "" if s.cycles else s.recording) for s in segments}) < FEWEST_FOR_HOLDOUT:
+    tests = Counter(c for c, _ in {(s.condition, "" if s.cycles else s.recording) for s in segments})
+    if tests.total() < FEWEST_FOR_HOLDOUT:
         return set()
     grid, kinds = _grid(segments, conditions)
-    tests = [len({"" if s.cycles else s.recording for s in segments if s.condition == c}) for c in conditions]
     levels, inside = _levels(segments, conditions), np.sum((grid > 0.0) & (grid < 1.0), axis=1)
     room = {k: kinds.count(k) // 2 for k in kinds}
     chosen: list[int] = []
@@ -368,8 +369,9 @@ def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     wanted = [k for k in sorted(room) if room[k] > 0]
     share = max(round(CONDITIONS_HELD_OUT * len(conditions)), min(len(wanted), len(conditions) // 2))
     while len(chosen) < share:
-        most = sum(tests) / 2 - sum(tests[i] for i in chosen)
-        open_ = [i for i in range(len(conditions)) if i not in chosen and room[kinds[i]] > 0 and tests[i] <= most]
+        most = tests.total() / 2 - sum(tests[conditions[i]] for i in chosen)
+        able = [i for i, c in enumerate(conditions) if i not in chosen and tests[c] <= most]
+        open_ = [i for i in able if room[kinds[i]] > 0]
         if not open_:
             break
         fresh = [i for i in open_ if not any(kinds[j] == kinds[i] for j in chosen)]

@@ -71,8 +71,9 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
         off = abs(level) <= code and name in ELECTRICAL
         at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
         jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
-        held = name in ELECTRICAL and _returns_to(values, level, slice(begin, end))
-        if begin == 0 or off or held or (at_end and not jumps):  # a rail is left as smoothly as it is met
+        if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met
+            continue
+        if name in ELECTRICAL and _returns_to(values, level, slice(begin, end)):
             continue
         # until the end a machine may have been switched off
         goes_on = jumps or (certain and end < len(values))
@@ -89,8 +90,9 @@ def _usual(lengths: np.ndarray, fewest: int) -> float:
 
 def _returns_to(values: Array, level: float, rows: slice) -> bool:
     """Return whether a channel (N,) is often at a level outside some rows, where a controller holds it."""
-    others = np.delete(values, rows)
-    return float(np.mean(np.abs(others - level) <= OF_A_LEVEL * np.ptp(values))) > RETURNS
+    near = np.abs(values - level) <= OF_A_LEVEL * np.ptp(values)
+    outside = len(values) - (rows.stop - rows.start)
+    return bool(near.sum() - near[rows].sum() > RETURNS * outside)
 
 
 def _another_moves(channels: Mapping[str, Array], name: str, rows: slice) -> bool:

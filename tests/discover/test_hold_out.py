@@ -10,6 +10,25 @@ from mrfit.discover.hold_out import with_laws_trained, with_their_currents_train
 SEGMENT = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0.0, 2, 0.0, float("nan"), "train")
 
 
+def segments(trained: str, held: str) -> list[Segment]:
+    """Return tests of words: a current in A, n for one that moves, and f for a fast one."""
+
+    def segment(word: str, role: str) -> Segment:
+        current = float("nan") if word[0] == "n" else float(word[0])
+        condition, frequency = f"{word} {role}", 5.0 if word[1] == "f" else 0.5
+        named = replace(SEGMENT, id=condition, condition=condition, frequency=frequency)
+        return replace(named, current=current, role=role)
+
+    return [*(segment(w, "train") for w in trained.split()), *(segment(w, "holdout") for w in held.split())]
+
+
+def are_moved(found: list[Segment], tests: list[Segment], moved: str, word: str) -> None:
+    """Assert that tests of some words, and no others, are trained now, and named."""
+    changed = [s for s, was in zip(found, tests, strict=True) if s.role != was.role]
+    assert [s.condition.split()[0] for s in changed] == moved.split()
+    assert all(s.role == "train" and s.condition in word for s in changed) and bool(word) == bool(moved)
+
+
 @pytest.mark.parametrize(
     ("trained", "held", "moved"),
     [
@@ -26,15 +45,9 @@ SEGMENT = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0
     ],
 )
 def test_what_is_held_out_is_at_currents_that_are_trained_where_it_can_be(trained: str, held: str, moved: str) -> None:
-    def segment(word: str, role: str) -> Segment:
-        current = float("nan") if word[0] == "n" else float(word[0])
-        return replace(SEGMENT, id=word, condition=word, current=current, role=role)
-
-    segments = [*(segment(w, "train") for w in trained.split()), *(segment(w, "holdout") for w in held.split())]
-    found, word = with_their_currents_trained(segments)
-    changed = [s.condition for s, was in zip(found, segments, strict=True) if s.role != was.role]
-    assert changed == moved.split() and all(s.role == "train" for s in found if s.condition in changed)
-    assert bool(word) == bool(moved) and moved in word
+    tests = segments(trained, held)
+    found, word = with_their_currents_trained(tests)
+    are_moved(found, tests, moved, word)
 
 
 @pytest.mark.parametrize(
@@ -57,15 +70,7 @@ def test_what_is_held_out_is_at_currents_that_are_trained_where_it_can_be(traine
     ],
 )
 def test_what_is_held_out_is_not_beside_one_current_of_tests_as_fast(trained: str, held: str, moved: str) -> None:
-    def segment(word: str, role: str) -> Segment:
-        current = float("nan") if word[0] == "n" else float(word[0])
-        frequency = 0.5 if word[1] == "s" else 5.0
-        named = replace(SEGMENT, id=f"{word} {role}", condition=f"{word} {role}", frequency=frequency)
-        return replace(named, current=current, role=role)
-
-    segments = [*(segment(w, "train") for w in trained.split()), *(segment(w, "holdout") for w in held.split())]
-    found, word = with_their_speeds_trained(segments)
-    changed = [s.condition for s, was in zip(found, segments, strict=True) if s.role != was.role]
-    assert [c.split()[0] for c in changed] == moved.split() and all(c in word for c in changed)
-    assert bool(word) == bool(moved)
-    assert with_laws_trained(segments)[0] == found
+    tests = segments(trained, held)
+    found, word = with_their_speeds_trained(tests)
+    are_moved(found, tests, moved, word)
+    assert with_laws_trained(tests)[0] == found

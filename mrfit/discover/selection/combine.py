@@ -203,19 +203,20 @@ def of_no_use(
     """
     if after is None:
         return None
-    told: dict[str, tuple[float, str]] = {}
+    useless = {}
     for effect in standing:
         error, clear = without[effect.name], effect.standing
         if error is None or clear is None:
             continue
-        if clear.size > error and after**2 >= (1.0 - policy.least_gain) * error**2:
-            told[effect.name] = error, "hardly lower"
-        elif after**2 > (1.0 + policy.least_gain) * error**2:
-            told[effect.name] = error, "higher"
-    if not told:
+        least = policy.least_gain if clear.size > error else -policy.least_gain
+        if after**2 >= (1.0 - least) * error**2:
+            useless[effect.name] = error
+    if not useless:
         return None
-    name = min(told, key=lambda n: told[n][0])
-    return Shadow(name, f"the error on held-out tests is {told[name][1]} with it")
+    name = min(useless, key=useless.__getitem__)
+    return Shadow(
+        name, f"the error on held-out tests is {'higher' if after > useless[name] else 'hardly lower'} with it"
+    )
 
 
 def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow) -> CombinedResult:
