@@ -356,6 +356,8 @@ class EffectSpec:
         end in another minimum.
     within
         Channels with the least and greatest value (SI) at which it was found; empty where it holds everywhere.
+    turn
+        When it acts among the effects of its slot, the lowest first; those of one turn act in the order of their names.
     """
 
     name: str
@@ -377,6 +379,12 @@ class EffectSpec:
     forms: tuple[Form, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
     within: tuple[tuple[str, float, float], ...] = ()
+    turn: int = 0
+
+    @property
+    def place(self) -> tuple[int, int, str]:
+        """Key by which the effects of a chain are sorted into the order in which they act."""
+        return SLOTS.index(self.slot), self.turn, self.name
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@
 
 i current (A), i_eff the current that the base sees (A), w half-width of the play between them (A): the coercive
 current of core and fluid. The play starts demagnetised, at 0. After a current has gone back to 0 the yield force
-stays that of w.
+stays that of w. It is the core that remembers: what it makes of the current then lags and saturates, so that this
+effect acts first of those that change the current.
 
 Source: play operator, M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
 """
@@ -27,6 +28,7 @@ SPEC = EffectSpec(
     experiment="current up and down in stairs at constant speed, each step held until the force rests, once fast and "
     "once slowly: residual magnetism leaves different forces on the way up and down at any rate, a lag does not",
     breaks=Breaks(Invariance.CURRENT, sign=1),
+    turn=-1,
 )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import FLUX_RESISTANCE
-from mrfit.core.specs import SLOTS, Array, EffectSpec, Index, ModelSpec, Steps
+from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
@@ -126,7 +126,7 @@ class ExportSource:
     def links(self) -> tuple[EffectLink, ...]:
         """The effects in the order in which they act."""
         modules = [registry.load("effect", e) for e in self.law_name.split("+")[1:]]
-        specs = sorted((m.SPEC for m in modules), key=lambda s: (SLOTS.index(s.slot), s.name))
+        specs = sorted((m.SPEC for m in modules), key=lambda s: s.place)
         first = len(self.theta) - self.is_driven - sum(len(s.params) for s in specs)
         links = []
         for spec in specs:

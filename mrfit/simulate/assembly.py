@@ -1,7 +1,7 @@
 """Put a model together: a base model, its dependence on current, and a chain of effects in fixed slots.
 
 The written name of the whole is ``BASE+EFFECT+EFFECT``. Whatever the order of writing, effects act in the order of
-their slots, those of one slot in the order of their names:
+their slots, those of one slot by their turns and names:
 
     input (a channel is changed before the base sees it) -> loop (a channel is changed by what the output does)
     -> theta (parameters of a role are scaled over time) -> base -> add (a term is added to the output)
@@ -18,7 +18,7 @@ from typing import cast
 import numpy as np
 
 from mrfit.core import protocols, registry
-from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
+from mrfit.core.specs import Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.kernels.theta import by_rows
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
@@ -180,7 +180,7 @@ def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
 
 
 def _with_effects(base: Assembly, modules: list[protocols.Effect]) -> Assembly:
-    modules = sorted(modules, key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name))
+    modules = sorted(modules, key=lambda m: m.SPEC.place)
     specs = [m.SPEC for m in modules]
     for k, effect in enumerate(specs):
         if effect in specs[:k]:

@@ -14,7 +14,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, LEVEL_CHANNELS
 from mrfit.core.protocols import AddsTerm, ChangesInput, HasCurve, HasLaw, HasStep, MovesDrive, ShapesOutput
-from mrfit.core.specs import SLOTS, Array, EffectSpec
+from mrfit.core.specs import Array, EffectSpec
 from mrfit.effects.temperature import REFERENCE
 from mrfit.errors import DataError
 from mrfit.kernels.branch import curve_of, numbers_of
@@ -155,9 +155,7 @@ class DamperProgram:
     ) -> None:
         base, *written = model.split("+")
         self._module = registry.load("model", base)
-        modules = sorted(
-            (registry.load("effect", e) for e in written), key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name)
-        )
+        modules = sorted((registry.load("effect", e) for e in written), key=lambda m: m.SPEC.place)
         ends = len(values) - np.cumsum([0, *(len(m.SPEC.params) for m in reversed(modules))])[::-1]
         self._dependence, self._shortest = dependence, shortest
         self._moving = {*moving, *(name for name, _ in (dependence.orders if dependence else ()))}

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.specs import SLOTS, Array, EffectSpec, ModelSpec
+from mrfit.core.specs import Array, EffectSpec, ModelSpec
 from mrfit.export.source import SOURCE_INPUTS, ExportSource, LogStretch
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.simulate.assembly import assemble
@@ -86,7 +86,7 @@ def rig(
     """A source of the model's own start values, its effects as in ``STRENGTH``."""
     assembly = assemble(model, dependence)
     modules = [registry.load("effect", e).SPEC for e in model.split("+")[1:]]
-    specs: list[EffectSpec] = sorted(modules, key=lambda s: (SLOTS.index(s.slot), s.name))
+    specs: list[EffectSpec] = sorted(modules, key=lambda s: s.place)
     own = [v for s in specs for v in STRENGTH.get(s.name) or away(s)]
     theta = np.array([*assembly.spec.start[: len(assembly.spec.params) - len(own)], *own])
     idle = theta == 0.0

@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.core import registry
 from mrfit.core.specs import EffectSpec
-from mrfit.effects import current_lag, current_saturation, velocity_hysteresis
+from mrfit.effects import current_lag, current_saturation, residual_magnetism, velocity_hysteresis
 from mrfit.errors import ConfigError
 from mrfit.models import bingham, tanh
 from mrfit.simulate.assembly import assemble
@@ -126,6 +126,19 @@ def test_effects_of_one_slot_act_in_the_order_of_their_names(written: str) -> No
     lagged = current_lag.transform({"current": current}, np.array([0.03, 0.0]), DT)
     field = current_saturation.transform(lagged, np.array([0.5, 2.0]), DT)["current"]
     assert np.allclose(found[0], 500 + 500 * field, rtol=1e-12)
+
+
+@pytest.mark.parametrize("written", ["current-lag+residual-magnetism", "residual-magnetism+current-lag"])
+def test_the_core_remembers_before_the_field_lags(written: str) -> None:
+    current = np.where(np.arange(400) // 100 % 2 == 0, 0.1, 1.5)
+    whole = assemble(f"bingham+{written}", LINEAR)
+    assert whole.spec.names[-3:] == ("residual-magnetism.w", "current-lag.tau", "current-lag.t_d")
+    theta = np.array([[100.0, 900.0, 400.0, 600.0, 0.0, 0.2, 0.03, 0.0]])
+    found = whole.simulate(np.stack([np.ones(400), current]), theta, DT)
+    remembered = residual_magnetism.transform({"current": current}, np.array([0.2]), DT)
+    field = current_lag.transform(remembered, np.array([0.03, 0.0]), DT)["current"]
+    direct = assemble("bingham", LINEAR).simulate(np.stack([np.ones(400), field]), theta[:, :5], DT)
+    assert np.allclose(found, direct, rtol=1e-13)
 
 
 def test_points_that_share_their_input_effects_give_what_they_give_one_by_one() -> None:
