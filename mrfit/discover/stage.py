@@ -309,8 +309,12 @@ def _discovered(job: _Job) -> DiscoveryOutput:
 
 def _floors(gathering: SimulatedEvidence) -> Floors:
     bench = gathering.fitter.bench
-    measured, in_line = bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout")
-    return Floors(gathering.noise, measured, in_line, bench.most_noise("train"))
+    return Floors(
+        noise=gathering.noise,
+        measured=bench.noise_is_measured("holdout"),
+        told=gathering.noise_is_told,
+        fitted=bench.most_noise("train"),
+    )
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
@@ -416,7 +420,7 @@ def _with_laws_as_chosen(job: _Job, decided: _DependenceChoice, choice: LawChoic
     They are those of ``LawChoice.dependence``. ``LawChoice.as_base`` lacks what an effect may explain, so that the
     effect can be found. Where none is, the base may have that law.
     """
-    as_chosen = Currents(with_steady_loops(choice.dependence, job.settings.model.partition("+")[0]), choice)
+    as_chosen = Currents(choice.dependence, choice)
     if decided.judged.chosen.verdict != "unexplained" or as_chosen.dependence == decided.currents.dependence:
         return decided
     return _better_decided(job.again("as chosen"), as_chosen, decided)
@@ -500,23 +504,18 @@ def current_dependence(
         start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
         alike = fit_stage.Settings("+".join((name, *effects)), per="all", start=start, seed=settings.seed)
         able = usable(data.segments, data.recordings, assemble(alike.model))[0]
-        found, choice = dependence_of(alike, able, dict(data.recordings), held)
-        if choice:
-            found = with_steady_loops(choice.dependence if held else choice.as_base(), name)
-        return Currents(found, choice)
+        found, choice = dependence_of(alike, able, dict(data.recordings), held, shape_of_loop(name))
+        return Currents(choice.as_base() if choice and not held else found, choice)
     return Currents(usual_dependence(settings, data))
 
 
-def with_steady_loops(found: CurrentDependence | None, model: str) -> CurrentDependence | None:
-    """Return a chosen dependence without the shape of a loop that remembers, which would be stepped with the current.
+def shape_of_loop(model: str) -> tuple[str, ...]:
+    """Return the parameters of a loop that remembers, which would be stepped with the current.
 
     A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
     """
     module = registry.load("model", model)
-    if found is None or not isinstance(module, HasStep):
-        return found
-    shape = {p.name for p in module.SPEC.params if p.role == "hysteresis"}
-    return replace(found, orders=tuple((n, o) for n, o in found.orders if n not in shape))
+    return tuple(p.name for p in module.SPEC.params if p.role == "hysteresis" and isinstance(module, HasStep))
 
 
 def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:

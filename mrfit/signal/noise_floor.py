@@ -26,8 +26,8 @@ class NoiseFloor:
         RMS of the noise in the output's unit; nan where it is not known.
     method
         ``cycles``: what differs from cycle to cycle; ``repeats``: what differs between records of the same drive;
-        ``regression``: what a flexible regression on the inputs leaves; ``other records``: the white noise times the
-        colour that records with cycles have; ``not known``.
+        ``regression``: what a flexible regression on the inputs leaves; ``other records``: that of other pieces
+        of the record, or the white noise times the colour that records with cycles have; ``not known``.
     low, high
         Bounds in the output's unit; nan where there is none.
     """

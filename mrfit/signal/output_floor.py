@@ -32,8 +32,8 @@ def output_floors(
 
     Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
     its own, cycles differ without any noise. Records of one condition are compared where their inputs are the same.
-    Otherwise it is what a flexible regression on the inputs leaves, or not known. A long segment is judged by
-    its middle.
+    Otherwise it is what a flexible regression on the inputs leaves, of the segment or of others of its recording, or
+    not known. A long segment is judged by its middle.
 
     Parameters
     ----------
@@ -54,9 +54,30 @@ def output_floors(
         return [floor for floor in alone if floor is not None]
     repeated = repeats_floor([segments[k] for k in unknown], recordings, [outputs[k] for k in unknown])
     found = dict(zip(unknown, repeated, strict=True))
-    return [
+    floors = [
         floor or found[k] or _by_regression(recordings[segments[k].recording], segments[k], outputs[k])
         for k, floor in enumerate(alone)
+    ]
+    return as_of_one_record(segments, floors)
+
+
+def as_of_one_record(segments: Sequence[Segment], floors: Sequence[NoiseFloor]) -> list[NoiseFloor]:
+    """Return floors with those not known as of the other pieces of their record, which one instrument took.
+
+    Parameters
+    ----------
+    segments, floors
+        Segments, and what is known of the noise floor of each.
+    """
+    known: dict[str, list[float]] = {}
+    for segment, floor in zip(segments, floors, strict=True):
+        if floor.known:
+            known.setdefault(segment.recording, []).append(floor.value)
+    return [
+        f
+        if f.known or s.recording not in known
+        else _from_elsewhere(f, max(float(np.median(known[s.recording])), f.low))
+        for s, f in zip(segments, floors, strict=True)
     ]
 
 
@@ -132,6 +153,10 @@ def _coloured(floor: NoiseFloor, value: float) -> NoiseFloor:
         floor.known and not floor.value / SAME_FLOOR_RATIO < value < floor.value * SAME_FLOOR_RATIO
     ):
         return floor
+    return _from_elsewhere(floor, value)
+
+
+def _from_elsewhere(floor: NoiseFloor, value: float) -> NoiseFloor:
     return replace(floor, value=min(value, floor.most), method="other records")
 
 

@@ -83,9 +83,16 @@ def test_a_guessed_floor_is_in_line_up_to_thirteen_tenths_of_the_measured_ones(v
     value *= train.floor
     other = replace(holdout, noise=NoiseFloor(value, "other records", 0.0, 3.0 * train.floor))
     assert not replace(found, stretches=(train, other)).noise_is_measured("holdout")
-    assert replace(found, stretches=(train, other)).noise_is_in_line("holdout") == in_line
+    assert replace(found, stretches=(train, other)).noise_is_told("holdout") == in_line
     guessed = replace(train, noise=replace(train.noise, method="regression"))
-    assert not replace(found, stretches=(guessed, other)).noise_is_in_line("holdout")
+    assert not replace(found, stretches=(guessed, other)).noise_is_told("holdout")
+
+
+def test_a_floor_that_was_measured_needs_no_other_in_line_with_it() -> None:
+    found = bench(offsets=(0.0, 0.0))
+    train, holdout = found.stretches
+    noisy = replace(holdout, noise=replace(holdout.noise, value=3.0 * train.floor))
+    assert replace(found, stretches=(train, train, noisy)).noise_is_told("holdout")
 
 
 def test_only_effects_on_the_output_that_may_be_proposed_are_in_the_library() -> None:

@@ -32,7 +32,7 @@ from tests.discover.world import fit
 CLEAR = EffectSignificance(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)
 FORCE = EffectParameter(name="largest force", unit="N", value=100.0, low=90.0, high=110.0)
 BASE = fit(20.0)
-MEASURED = Floors(1.0, measured=True)
+MEASURED = Floors(1.0, measured=True, told=True)
 
 
 def effect(name: str, breaks: Invariance = Invariance.POSITION, *one_of: str) -> InvariantEffect:
@@ -265,7 +265,7 @@ def test_a_floor_that_was_guessed_cannot_say_that_data_are_too_few() -> None:
 @pytest.mark.parametrize("verdict", ["named", "ambiguous"])
 def test_a_guessed_floor_in_line_with_those_measured_is_trusted_where_only_noise_is_left(verdict: str) -> None:
     at, above = (exact(verdict, "a", left=left) for left in (STANDARD.examined_above_floor - 0.01, 1.3))
-    in_line = Floors(1.0, measured=False, in_line=True)
+    in_line = Floors(1.0, measured=False, told=True)
     assert not worth_examining(at, in_line, STANDARD)
     assert worth_examining(at, Floors(1.0, measured=False), STANDARD)
     assert worth_examining(above, in_line, STANDARD)

@@ -17,7 +17,7 @@ from mrfit.discover import stage
 from mrfit.discover.evidence import plain_fit
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors
-from mrfit.discover.stage import Currents, Settings, _fitter, run, with_steady_loops
+from mrfit.discover.stage import Currents, Settings, _fitter, run, shape_of_loop
 from mrfit.discover.writing.result import DiscoveryRequest
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit import stage as fit_stage
@@ -227,9 +227,7 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
     assert effect.parameters[0].value == pytest.approx(1.2**-2, rel=0.02)
 
 
-BENCH = SimpleNamespace(
-    noise_is_measured=lambda role: True, noise_is_in_line=lambda role: True, most_noise=lambda role: 1.0
-)
+BENCH = SimpleNamespace(noise_is_measured=lambda role: True, most_noise=lambda role: 1.0)
 CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
 
 
@@ -237,13 +235,9 @@ CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 
     ("model", "kept"), [("boucwen", ("alpha", "c")), ("guo", ("fy", "Omega")), ("dahl", ("fy", "c"))]
 )
 def test_the_shape_of_a_loop_that_remembers_is_the_same_at_all_currents(model: str, kept: tuple[str, ...]) -> None:
-    spec = assemble(model).spec
-    chosen = CurrentDependence(tuple((p.name, 1) for p in spec.params), 0.0, 2.0)
-    found = [n for n, _ in with_steady_loops(chosen, model).orders]
-    loops = {p.name for p in spec.params if p.role == "hysteresis"}
-    assert loops and set(kept) <= set(found)
-    assert (loops & set(found) == set()) == (model != "guo")
-    assert with_steady_loops(None, model) is None
+    loops = {p.name for p in assemble(model).spec.params if p.role == "hysteresis"}
+    assert loops and not set(kept) & loops
+    assert set(shape_of_loop(model)) == (set() if model == "guo" else loops)
 
 
 @pytest.mark.parametrize(
@@ -320,7 +314,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 
     def judged(job: Any, dependence: CurrentDependence) -> Any:
         tried.append(dependence)
-        gathering = SimpleNamespace(fitter=LawsByRole(), refit_of=lambda fit: fit, noise=1.0)
+        gathering = SimpleNamespace(fitter=LawsByRole(), refit_of=lambda fit: fit, noise=1.0, noise_is_told=True)
         verdict, *rest = words[dependence].split()
         _, error, *effects = rest or ("at", "2.0")
         final = fit(float(error), *effects)

@@ -177,6 +177,19 @@ def test_a_residual_tells_a_floor_that_the_output_does_not() -> None:
     assert not residual_floor(floor, made, segment, (law + noise)[400:]).known
 
 
+def test_a_piece_too_short_to_tell_has_the_floor_of_the_rest_of_its_record() -> None:
+    x, noise = random_stroke(21), coloured(0.9, 22)
+    made, segment = record(x, force(x) + noise)
+    long, short = replace(segment, stop=11_600), replace(segment, id="a#2", start=11_600)
+    other = replace(short, id="b#1", recording="b")
+    outputs = [made.channels["force"][s.start : s.stop] for s in (long, short)]
+    rest, piece = output_floors([long, short], {"a": made}, outputs)
+    assert piece.method == "other records" and rest.method == "regression"
+    assert piece.value == pytest.approx(rest.value) and piece.value == pytest.approx(NOISE, rel=0.2)
+    alone = output_floors([long, other], {"a": made, "b": replace(made, id="b")}, outputs)[1]
+    assert not alone.known
+
+
 def test_rounding_that_repeats_with_the_cycle_is_noise() -> None:
     t = np.arange(SAMPLES) / RATE
     x = 0.015 * np.sin(2 * np.pi * t)

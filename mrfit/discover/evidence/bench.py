@@ -14,7 +14,14 @@ from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.search.problem import SegmentBlock, differences, full_block
 from mrfit.signal.noise_floor import NoiseFloor
-from mrfit.signal.output_floor import SAME_FLOOR_RATIO, cycles_drift, output_floors, residual_floor, with_colour
+from mrfit.signal.output_floor import (
+    SAME_FLOOR_RATIO,
+    as_of_one_record,
+    cycles_drift,
+    output_floors,
+    residual_floor,
+    with_colour,
+)
 from mrfit.signal.smoothing import TIME_CHANNEL, Drive, from_the_beginning, smooth
 from mrfit.simulate.assembly import Assembly, counts_from_the_beginning
 
@@ -121,20 +128,15 @@ class Bench:
         """Return whether every noise floor of a role was measured, by cycles or by repeats."""
         return all(s.noise.method in MEASURED_METHODS for s in self.of_role(role))
 
-    def noise_is_in_line(self, role: str) -> bool:
-        """Return whether no noise floor of a role is clearly above those that were measured, in records of any role.
+    def noise_is_told(self, role: str) -> bool:
+        """Return whether no noise floor of a role can hold the error of a law: it was measured, or is in line with one.
 
-        Records of one instrument share its noise: a guess that is in line with them holds no error of a law.
+        Records of one instrument share its noise: a guess that is not clearly above floors that were measured, in
+        records of any role, holds no error of a law.
         """
         measured = [s.noise.value for s in self.stretches if s.noise.method in MEASURED_METHODS]
-        if not measured:
-            return False
-        most = SAME_FLOOR_RATIO * float(np.median(measured))
-        return all(s.noise.known and s.noise.value <= most for s in self.of_role(role))
-
-    def noise_is_told(self, role: str) -> bool:
-        """Return whether no noise floor of a role can hold the error of a law."""
-        return self.noise_is_measured(role) or self.noise_is_in_line(role)
+        most = SAME_FLOOR_RATIO * float(np.median(measured)) if measured else 0.0
+        return all(s.noise.method in MEASURED_METHODS or s.noise.value <= most for s in self.of_role(role))
 
     def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
         """Return (simulated − measured) / noise floor of each segment of a role, (P, N_s) each, for theta (P, K)."""
@@ -196,12 +198,16 @@ def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping
     recordings
         Recordings by id.
     """
-    stretches, least = [], bench.least_floor * bench.span
-    for stretch, error in zip(bench.stretches, fit, strict=True):
-        noise = residual_floor(
-            stretch.noise, recordings[stretch.segment.recording], stretch.segment, error * stretch.floor
-        )
-        stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, least))
+    floors = [
+        residual_floor(s.noise, recordings[s.segment.recording], s.segment, error * s.floor)
+        for s, error in zip(bench.stretches, fit, strict=True)
+    ]
+    floors = as_of_one_record([s.segment for s in bench.stretches], floors)
+    least = bench.least_floor * bench.span
+    stretches = [
+        s if noise is s.noise else _with_noise(s, noise, least)
+        for s, noise in zip(bench.stretches, floors, strict=True)
+    ]
     return replace(bench, stretches=tuple(stretches))
 
 

@@ -84,21 +84,16 @@ class Floors:
     measured
         Whether they were measured, by cycles or repeats. One that was guessed from what a regression or the base leaves
         holds the error of a wrong law, too: it cannot say that nothing is missing.
-    in_line
-        Whether those that were not are no larger than those that were.
+    told
+        Whether none can hold the error of a law: those that were not measured are no larger than those that were.
     fitted
         The most that the noise of fitted conditions can be, in multiples of their floor.
     """
 
     noise: float
     measured: bool
-    in_line: bool = False
+    told: bool = False
     fitted: float = 1.0
-
-    @property
-    def told(self) -> bool:
-        """Whether no floor can hold the error of a law."""
-        return self.measured or self.in_line
 
 
 def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
@@ -117,7 +112,7 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     above = held_out or _is_above_when_fitted(chosen, floors, policy)
     if chosen.verdict in ("none", "unexplained"):
         return chosen.verdict == "unexplained"
-    if not floors.measured and not (floors.in_line and not above):
+    if not floors.measured and not (floors.told and not above):
         return True
     if chosen.verdict == "insufficient-data":
         return False

@@ -1,7 +1,7 @@
 """From a fit's settings to its laws of current: as asked for, chosen where levels are held, else by role."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -78,6 +78,7 @@ def dependence_of(
     segments: Sequence[Segment],
     recordings: dict[str, Recording],
     held: Mapping[str, float] | None = None,
+    constant: Collection[str] = (),
 ) -> tuple[CurrentDependence | None, LawChoice | None]:
     """Return how a fit's parameters depend on current, and how that was chosen, None where it was not.
 
@@ -90,6 +91,8 @@ def dependence_of(
     held
         Parameters of the model's effects by name (SI), at which these act while laws are chosen. Without them laws are
         those of the base alone, which bend after what the effects do.
+    constant
+        Parameters that do not depend on current unless the settings give them at nodes of it.
 
     Raises
     ------
@@ -107,7 +110,8 @@ def dependence_of(
         search = SearchSettings(asked.optimizer, asked.seed, None, asked.seconds, asked.weight)
         deadline = None if asked.seconds is None else time.monotonic() + CHOICE_TIME * asked.seconds
         limits = ChoiceLimits(currents.low, currents.high, search.rng("all by current"), deadline)
-        choice = _chosen(asked, segments, recordings, {n: o for n, o in orders if n in at_nodes}, limits, held)
+        kept = dict.fromkeys(constant, 0) | {n: o for n, o in orders if n in at_nodes}
+        choice = _chosen(asked, segments, recordings, kept, limits, held)
     if choice:
         return choice.dependence, choice
     return dependence_on_current(asked.model, asked.current_order, segments, recordings, fixed), None
