@@ -175,6 +175,15 @@ def test_laws_beside_a_held_effect_are_those_that_were_planted(tmp_path: Path) -
     assert beside.theta.shape == (len(FIVE), len(assemble("tanh").spec.params))
 
 
+def test_a_parameter_that_is_to_be_constant_has_no_law_though_it_depends_on_current(tmp_path: Path) -> None:
+    workspace, _ = planted(tmp_path, "tanh", lambda i: {"fy": 100 + 900 * i, "a1": 50 * 4.0**i})
+    segments = workspace.read_segments()
+    recordings, asked = load_recordings(workspace, segments), mrfit.fit.stage.Settings("tanh", per="all")
+    free, held = (dependence_of(asked, segments, recordings, constant=names)[0] for names in ((), ("a1",)))
+    assert free and dict(free.orders) == {"fy": 1, "a1": 1}
+    assert held and "a1" not in dict(held.orders) and dict(held.orders)["fy"]
+
+
 def table_3(i: float) -> dict[str, float]:
     """Inverse-tanh paper Table 3: below and above 0.2 A, in N, N*s/m, s/m, 1/m and N/m."""
     if i <= 0.2:
