@@ -20,7 +20,7 @@ from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
 from mrfit.discover.hold_out import with_laws_trained
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.selection.combine import DECIDED, Floors, worth_examining
+from mrfit.discover.selection.combine import DECIDED, Floors, may_err, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
 from mrfit.discover.selection.rules import follows_the_output
 from mrfit.discover.writing.beside_open_law import beside_open_law
@@ -349,8 +349,11 @@ def _decided(job: _Job) -> _DependenceChoice:
     currents = current_dependence(job.settings, job.data)
     choice = currents.choice
     decided = _DependenceChoice(_judged(_started(job, currents), currents.dependence), currents)
+    if job.settings.current_order != "auto":
+        return decided
     if choice is None:
-        return _with_bent_laws(job, decided)
+        return _with_plain_laws(job, _with_bent_laws(job, decided))
+    decided = _with_plain_laws(job, decided)
     if not choice.by_role:
         decided = _with_laws_by_role(job, decided)
     if choice.errs:
@@ -370,6 +373,21 @@ def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoi
     return _with_fewer_names(job.again("usual"), by_role, decided)
 
 
+def _with_plain_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
+    """Return the decision with bent forces and constant shapes, where laws with effects leave a gap.
+
+    Laws that are chosen follow what is missing, or keep to those of their roles, which bend too little. A cubic passes
+    through the yield forces of the usual four currents, whatever its law. Shapes of the curve are hardly determined.
+    """
+    laws, found = usual_dependence(job.settings, job.data), decided.judged
+    if laws is None or not may_err(found.chosen, _floors(found.gathering), STANDARD):
+        return decided
+    roles = {p.name: p.role for p in base_of(job.settings.model).spec.params}
+    forces = replace(laws, orders=tuple((n, o) for n, o in laws.orders if roles[n] in ("yield", "viscous")))
+    currents = Currents(bent_more(forces, job.settings.model), decided.currents.choice)
+    return _better_decided(job.again("plain"), currents, decided)
+
+
 def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
     """Return the decision with a yield force that bends more with a current, where an effect leaves no less.
 
@@ -378,8 +396,7 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
     laws = decided.currents.dependence
     if laws is None:
         return decided
-    yields = {p.name for p in base_of(job.settings.model).spec.params if p.role == "yield"}
-    bent = replace(laws, orders=tuple((n, o + 1 if n in yields and isinstance(o, int) else o) for n, o in laws.orders))
+    bent = bent_more(laws, job.settings.model)
     plainer = _is_plainer(job, decided.judged, bent, 1.0)
     return _with_fewer_names(job.again("bent"), bent, decided) if plainer else decided
 
@@ -507,6 +524,13 @@ def current_dependence(
         found, choice = dependence_of(alike, able, dict(data.recordings), held, shape_of_loop(name))
         return Currents(choice.as_base() if choice and not held else found, choice)
     return Currents(usual_dependence(settings, data))
+
+
+def bent_more(laws: CurrentDependence, model: str) -> CurrentDependence:
+    """Return laws of current with that of the yield force of one order more."""
+    yields = {p.name for p in base_of(model).spec.params if p.role == "yield"}
+    orders = tuple((n, o + 1 if n in yields and isinstance(o, int) else o) for n, o in laws.orders)
+    return replace(laws, orders=orders)
 
 
 def shape_of_loop(model: str) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from mrfit.discover.selection.combine import (
     Floors,
     combine,
     leaves_noise,
+    may_err,
     of_no_use,
     turned_down,
     worth_examining,
@@ -301,3 +302,20 @@ def test_every_name_is_in_one_place_and_the_verdict_says_which(
     assert not set(found.named) & sets and not shadows & ({*found.named} | sets)
     assert set(named) <= {*found.named} | sets | shadows
     assert found.verdict == ("ambiguous" if sets else "named" if found.named else "unexplained")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "left", "noise", "errs"),
+    [
+        ("unexplained", 1.1, 1.0, True),
+        ("named", 1.1, 1.0, False),
+        ("named", 1.3, 1.0, True),
+        # where the noise is not known, what is in sight may be no noise
+        ("named", 1.3, 6.0, False),
+        ("named", 2.6, 6.0, True),
+    ],
+)
+def test_a_model_may_err_where_more_is_left_than_noise_or_more_than_is_sure_to_be(
+    verdict: str, left: float, noise: float, errs: bool
+) -> None:
+    assert may_err(exact(verdict, "inertia", left=left), Floors(noise, False, fitted=noise), STANDARD) == errs

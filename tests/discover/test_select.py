@@ -86,8 +86,24 @@ def test_a_wider_form_that_leaves_a_little_less_than_a_floor_is_no_better() -> N
         shapes={"dry": {"r": 0.5}, "falling": {"r": 0.5, "vs": 0.5}},
         strengths={"dry in dry+falling": UNCLEAR, "falling in dry+falling": UNCLEAR},
     )
-    assert chosen(world).ambiguous == (("falling", "dry"),)
+    found = chosen(world)
+    assert (
+        found.named == ("dry",) and found.reasons["falling"] == "its wider form takes hardly more of the gap than dry"
+    )
     assert chosen(replace(world, aliases={})).named == ("falling",)
+
+
+@pytest.mark.parametrize(("dry", "falling"), [(1.05, 1.12), (1.12, 1.05)])
+def test_of_a_wide_and_a_narrow_form_that_both_leave_noise_the_narrow_one_is_named(dry: float, falling: float) -> None:
+    world = World(
+        {(): 10.0, ("dry",): dry, ("falling",): falling},
+        aliases={"dry": ("falling",)},
+        shapes={"dry": {"r": 0.5}, "falling": {"r": 0.5, "vs": 0.5}},
+        strengths={"dry in dry+falling": UNCLEAR, "falling in dry+falling": UNCLEAR},
+    )
+    assert chosen(world).named == ("dry",) and chosen(world).ambiguous == ()
+    # neither is the wider form of the other
+    assert chosen(replace(world, aliases={})).named == (("dry",) if dry < falling else ("falling",))
 
 
 def test_of_two_alike_that_are_fitted_together_one_start_has_half_of_each() -> None:

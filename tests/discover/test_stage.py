@@ -330,6 +330,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
     )
     monkeypatch.setattr(stage, "series_of", lambda *_: {})
     monkeypatch.setattr(stage, "worth_examining", lambda *_: False)
+    monkeypatch.setattr(stage, "may_err", lambda *_: False)
     asked = DiscoveryRequest("tanh", 0, "", "k")
     job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), asked, silent)
     found: Any = stage._discovered(job).found
@@ -406,6 +407,46 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
 
 
 @pytest.mark.parametrize(
+    ("errs", "other", "kept"),
+    [
+        # a yield force that bends more leaves an effect alone, which laws of the roles hid
+        (True, "named at 1.1 stribeck", True),
+        (True, "none at 1.1", True),
+        (True, "unexplained at 1.1", False),
+        (True, "named at 4.1 stribeck", False),
+        # the effects leave nothing
+        (False, "", False),
+    ],
+)
+def test_forces_bend_more_and_shapes_stay_constant_where_laws_with_effects_leave_a_gap(
+    errs: bool, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def decision(words: str) -> Any:
+        verdict, _, error, *effects = words.split()
+        return SimpleNamespace(
+            gathering=None, chosen=SimpleNamespace(verdict=verdict, final=fit(float(error), *effects))
+        )
+
+    asked: list[Any] = []
+
+    def judged(job: Any, dependence: CurrentDependence) -> Any:
+        asked.append(dependence.orders)
+        return decision(other)
+
+    by_role = CurrentDependence((("fy", 2), ("a1", 2), ("c", 1)), 0.0, 1.0)
+    monkeypatch.setattr(stage, "_judged", judged)
+    monkeypatch.setattr(stage, "_floors", lambda _: Floors(1.0, True))
+    monkeypatch.setattr(stage, "may_err", lambda *_: errs)
+    monkeypatch.setattr(stage, "usual_dependence", lambda *_: by_role)
+    monkeypatch.setattr(stage, "_started", lambda job, _: job)
+    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
+    decided = stage._DependenceChoice(decision("unexplained at 4.0"), Currents(CHOSEN))
+    found = stage._with_plain_laws(job, decided)
+    assert asked == [(("fy", 3), ("c", 1))] * errs
+    assert (found is not decided) == kept
+
+
+@pytest.mark.parametrize(
     ("first", "other", "whole", "kept"),
     [
         # an effect of the current cannot be proved, but a law that stands for it leaves noise
@@ -444,6 +485,15 @@ def test_laws_that_may_stand_for_an_effect_are_taken_only_where_nothing_else_exp
     assert asked == [BESIDE] * bool(other)
     assert found.currents.dependence == (BESIDE if kept else CHOSEN)
     assert (found is not decided) == kept
+
+
+def test_an_order_that_was_asked_for_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged = SimpleNamespace(chosen=SimpleNamespace(verdict="unexplained", final=fit(4.0)))
+    monkeypatch.setattr(stage, "_judged", lambda *_: judged)
+    monkeypatch.setattr(stage, "current_dependence", lambda *_: Currents(CHOSEN))
+    settings = Settings("tanh", current_order="fy=1")
+    job = stage._Job(Workspace(Path()), settings, Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
+    assert stage._decided(job) == stage._DependenceChoice(judged, Currents(CHOSEN))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

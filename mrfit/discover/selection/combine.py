@@ -108,8 +108,7 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     policy
         The thresholds.
     """
-    held_out = chosen.final.holdout > policy.examined_above_floor * floors.noise
-    above = held_out or _is_above_when_fitted(chosen, floors, policy)
+    above = _is_above(chosen, floors, policy)
     if chosen.verdict in ("none", "unexplained"):
         return chosen.verdict == "unexplained"
     if not floors.measured and not (floors.told and not above):
@@ -117,6 +116,27 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     if chosen.verdict == "insufficient-data":
         return False
     return above or _leaves_much(chosen, floors.noise, policy)
+
+
+def may_err(chosen: Selection, floors: Floors, policy: Policy) -> bool:
+    """Return whether a model with its effects leaves something, or so much that a noise not known may be less.
+
+    Parameters
+    ----------
+    chosen
+        What was decided with the base taken as exact.
+    floors
+        What is known of the noise.
+    policy
+        The thresholds.
+    """
+    in_sight = chosen.final.holdout > policy.in_sight
+    return chosen.verdict == "unexplained" or in_sight or _is_above(chosen, floors, policy)
+
+
+def _is_above(chosen: Selection, floors: Floors, policy: Policy) -> bool:
+    held_out = bool(chosen.final.holdout > policy.examined_above_floor * floors.noise)
+    return held_out or _is_above_when_fitted(chosen, floors, policy)
 
 
 def _leaves_much(chosen: Selection, noise: float, policy: Policy) -> bool:

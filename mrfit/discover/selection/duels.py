@@ -168,6 +168,10 @@ def _halves(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> dict[s
 def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> DuelResult:
     """Settle between two of which neither has proof beside the other."""
     winner, policy, library = ending.winner, inquiry.policy, inquiry.source.library
+    if _hardly_wider(inquiry, rival, winner, rival.fit):
+        return ending.turned_down(rival.name, _is_hardly_wider(winner))
+    if _hardly_wider(inquiry, winner, rival, winner.fit):
+        return DuelResult(rival, (), ending.reasons).turned_down(winner.name, _is_hardly_wider(rival))
     if _far_behind(inquiry, winner, rival):
         return ending.turned_down(rival.name, _closes_less(winner))
     own = limits(winner.fit, winner.name, library[rival.name], policy)
