@@ -251,6 +251,9 @@ def test_an_effect_that_follows_a_drift_is_taken_out() -> None:
     assert drifting.reasons["a"] == "it changes by 50% in half a record: a drift, not this effect"
     steady = chosen(World(errors, growing={"a": Growth(0.1, 2.0, 0.01)}))
     assert steady.named == ("a",) and not steady.drifting
+    # a strength that is neutral, as at a bound, has no part in the effect
+    without = chosen(World(errors, growing={"a": Growth(0.1, 0.0, 0.01)}))
+    assert without.named == ("a",) and not without.drifting
 
 
 def test_of_two_effects_the_one_that_takes_less_than_is_left_is_taken_out() -> None:

@@ -228,9 +228,12 @@ def below_the_rest(final: Fit, without: Fit, policy: Policy) -> bool:
 
 
 def drift(growths: Sequence[Growth], policy: Policy) -> Growth | None:
-    """Return the first strength of an effect that changes within the records, which a steady effect's does not."""
+    """Return the first strength of an effect that changes within the records, which a steady effect's does not.
+
+    One that is neutral has no part in the effect.
+    """
     for g in growths:
-        if abs(g.change) > max(policy.drifts * abs(g.distance), policy.drift_clear * g.spread):
+        if g.distance and abs(g.change) > max(policy.drifts * abs(g.distance), policy.drift_clear * g.spread):
             return g
     return None
 
