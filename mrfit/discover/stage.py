@@ -379,8 +379,11 @@ def _with_plain_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice
     Laws that are chosen follow what is missing, or keep to those of their roles, which bend too little. A cubic passes
     through the yield forces of the usual four currents, whatever its law. Shapes of the curve are hardly determined.
     """
-    laws, found = usual_dependence(job.settings, job.data), decided.judged
-    if laws is None or not may_err(found.chosen, _floors(found.gathering), STANDARD):
+    found = decided.judged
+    if not may_err(found.chosen, _floors(found.gathering), STANDARD):
+        return decided
+    laws = usual_dependence(job.settings, job.data)
+    if laws is None:
         return decided
     roles = {p.name: p.role for p in base_of(job.settings.model).spec.params}
     forces = replace(laws, orders=tuple((n, o) for n, o in laws.orders if roles[n] in ("yield", "viscous")))
@@ -539,7 +542,7 @@ def shape_of_loop(model: str) -> tuple[str, ...]:
     A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
     """
     module = registry.load("model", model)
-    return tuple(p.name for p in module.SPEC.params if p.role == "hysteresis" and isinstance(module, HasStep))
+    return tuple(p.name for p in module.SPEC.params if p.role == "hysteresis") if isinstance(module, HasStep) else ()
 
 
 def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:

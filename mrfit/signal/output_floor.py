@@ -73,12 +73,11 @@ def as_of_one_record(segments: Sequence[Segment], floors: Sequence[NoiseFloor]) 
     for segment, floor in zip(segments, floors, strict=True):
         if floor.known:
             known.setdefault(segment.recording, []).append(floor.value)
-    return [
-        f
-        if f.known or s.recording not in known
-        else _from_elsewhere(f, max(float(np.median(known[s.recording])), f.low))
-        for s, f in zip(segments, floors, strict=True)
-    ]
+    found = list(floors)
+    for place, (segment, floor) in enumerate(zip(segments, floors, strict=True)):
+        if not floor.known and segment.recording in known:
+            found[place] = _from_elsewhere(floor, max(float(np.median(known[segment.recording])), floor.low))
+    return found
 
 
 def cycles_floor(recording: Recording, segment: Segment, values: Array) -> NoiseFloor | None:

@@ -1,7 +1,7 @@
 """What is hidden is named, nothing is named where nothing is hidden, and too little data is said to be too little."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -340,6 +340,15 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 
 
 BESIDE = CurrentDependence((("fy", "sat2"),), 0.0, 2.0)
+JOB = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
+
+
+def decision(words: str, trials: Sequence[Any] = (), train: float | None = None, fitter: Any = None) -> Any:
+    """Return a decision of words, ``VERDICT at ERROR EFFECT…``, with the trials of single effects."""
+    verdict, _, error, *effects = words.split()
+    final = fit(float(error), *effects, train=train)
+    chosen = SimpleNamespace(base=fit(2.0), final=final, effects=tuple(effects), verdict=verdict, trials=tuple(trials))
+    return SimpleNamespace(chosen=chosen, gathering=SimpleNamespace(fitter=fitter))
 
 
 @pytest.mark.parametrize(
@@ -376,31 +385,19 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
     kept: bool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def decision(words: str) -> Any:
-        verdict, _, error, *effects = words.split()
-        own = tuple(SimpleNamespace(fit=fit(2.0, e, train=train)) for e, train in trials.items())
-        chosen = SimpleNamespace(
-            base=fit(2.0),
-            final=fit(float(error), *effects, train=1.0),
-            effects=tuple(effects),
-            verdict=verdict,
-            trials=own,
-        )
-        return SimpleNamespace(gathering=None, chosen=chosen)
-
+    own = [SimpleNamespace(fit=fit(2.0, e, train=train)) for e, train in trials.items()]
     asked: list[Any] = []
 
     def dependence(settings: Any, data: Any, effects: tuple[str, ...], held: dict[str, float]) -> Currents:
         asked.append((effects, held))
         return Currents(beside)
 
-    monkeypatch.setattr(stage, "_judged", lambda job, _: decision(other))
+    monkeypatch.setattr(stage, "_judged", lambda job, _: decision(other, own, train=1.0))
     monkeypatch.setattr(stage, "_floors", lambda _: Floors(1.0, True))
     monkeypatch.setattr(stage, "worth_examining", lambda *_: examined)
     monkeypatch.setattr(stage, "current_dependence", dependence)
-    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
-    decided = stage._DependenceChoice(decision(first), Currents(CHOSEN))
-    found = stage._with_laws_beside_an_effect(job, decided)
+    decided = stage._DependenceChoice(decision(first, own, train=1.0), Currents(CHOSEN))
+    found = stage._with_laws_beside_an_effect(JOB, decided)
     assert (found is not decided) == kept
     assert asked == [(("inertia",), {})] * (beside is not None)
     assert found.currents.dependence == (BESIDE if kept else CHOSEN)
@@ -421,12 +418,6 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
 def test_forces_bend_more_and_shapes_stay_constant_where_laws_with_effects_leave_a_gap(
     errs: bool, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def decision(words: str) -> Any:
-        verdict, _, error, *effects = words.split()
-        return SimpleNamespace(
-            gathering=None, chosen=SimpleNamespace(verdict=verdict, final=fit(float(error), *effects))
-        )
-
     asked: list[Any] = []
 
     def judged(job: Any, dependence: CurrentDependence) -> Any:
@@ -439,9 +430,8 @@ def test_forces_bend_more_and_shapes_stay_constant_where_laws_with_effects_leave
     monkeypatch.setattr(stage, "may_err", lambda *_: errs)
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: by_role)
     monkeypatch.setattr(stage, "_started", lambda job, _: job)
-    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
     decided = stage._DependenceChoice(decision("unexplained at 4.0"), Currents(CHOSEN))
-    found = stage._with_plain_laws(job, decided)
+    found = stage._with_plain_laws(JOB, decided)
     assert asked == [(("fy", 3), ("c", 1))] * errs
     assert (found is not decided) == kept
 
@@ -466,10 +456,6 @@ def test_forces_bend_more_and_shapes_stay_constant_where_laws_with_effects_leave
 def test_laws_that_may_stand_for_an_effect_are_taken_only_where_nothing_else_explains_the_gap(
     first: str, other: str, whole: CurrentDependence, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def decision(words: str) -> Any:
-        verdict, _, error, *effects = words.split()
-        return SimpleNamespace(chosen=SimpleNamespace(verdict=verdict, final=fit(float(error), *effects)))
-
     asked: list[CurrentDependence | None] = []
 
     def judged(job: Any, dependence: CurrentDependence | None) -> Any:
@@ -478,22 +464,20 @@ def test_laws_that_may_stand_for_an_effect_are_taken_only_where_nothing_else_exp
 
     monkeypatch.setattr(stage, "_judged", judged)
     monkeypatch.setattr(stage, "_started", lambda job, _: job)
-    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
     decided = stage._DependenceChoice(decision(first), Currents(CHOSEN))
     choice: Any = SimpleNamespace(dependence=whole)
-    found = stage._with_laws_as_chosen(job, decided, choice)
+    found = stage._with_laws_as_chosen(JOB, decided, choice)
     assert asked == [BESIDE] * bool(other)
     assert found.currents.dependence == (BESIDE if kept else CHOSEN)
     assert (found is not decided) == kept
 
 
 def test_an_order_that_was_asked_for_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    judged = SimpleNamespace(chosen=SimpleNamespace(verdict="unexplained", final=fit(4.0)))
+    judged = decision("unexplained at 4.0")
     monkeypatch.setattr(stage, "_judged", lambda *_: judged)
     monkeypatch.setattr(stage, "current_dependence", lambda *_: Currents(CHOSEN))
-    settings = Settings("tanh", current_order="fy=1")
-    job = stage._Job(Workspace(Path()), settings, Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
-    assert stage._decided(job) == stage._DependenceChoice(judged, Currents(CHOSEN))  # type: ignore[arg-type]
+    asked = replace(JOB, settings=Settings("tanh", current_order="fy=1"))
+    assert stage._decided(asked) == stage._DependenceChoice(judged, Currents(CHOSEN))
 
 
 @dataclass(frozen=True)
@@ -525,22 +509,16 @@ class BentLaws(LawsByRole):
 def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_that_leaves_no_less(
     first: str, bent: float, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def decision(words: str) -> Any:
-        verdict, _, error, *effects = words.split()
-        chosen = SimpleNamespace(verdict=verdict, effects=tuple(effects), final=fit(float(error), *effects))
-        return SimpleNamespace(chosen=chosen, gathering=SimpleNamespace(fitter=BentLaws(error=bent)))
-
     asked: list[Any] = []
 
     def judged(job: Any, dependence: Any) -> Any:
         asked.append(dependence.orders)
-        return decision(other)
+        return decision(other, fitter=BentLaws(error=bent))
 
     monkeypatch.setattr(stage, "_judged", judged)
-    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), DiscoveryRequest("tanh", 0, "", "k"), silent)
     plain = CurrentDependence((("fy", 1), ("c", 1)), 0.0, 2.0)
-    decided = stage._DependenceChoice(decision(first), Currents(plain))
-    found = stage._with_bent_laws(job, decided)
+    decided = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(plain))
+    found = stage._with_bent_laws(JOB, decided)
     assert (found is not decided) == kept and asked == [(("fy", 2), ("c", 1))] * bool(other)
-    constant = stage._DependenceChoice(decision(first), Currents(None))
-    assert stage._with_bent_laws(job, constant) is constant
+    constant = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(None))
+    assert stage._with_bent_laws(JOB, constant) is constant

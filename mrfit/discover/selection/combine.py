@@ -111,7 +111,7 @@ def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     above = _is_above(chosen, floors, policy)
     if chosen.verdict in ("none", "unexplained"):
         return chosen.verdict == "unexplained"
-    if not floors.measured and not (floors.told and not above):
+    if not floors.measured and (above or not floors.told):
         return True
     if chosen.verdict == "insufficient-data":
         return False

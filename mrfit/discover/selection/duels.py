@@ -166,7 +166,10 @@ def _halves(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> dict[s
 
 
 def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> DuelResult:
-    """Settle between two of which neither has proof beside the other."""
+    """Settle between two of which neither has proof beside the other.
+
+    What a wider form takes more than a narrow one counts only where it is a visible share of the gap.
+    """
     winner, policy, library = ending.winner, inquiry.policy, inquiry.source.library
     if _hardly_wider(inquiry, rival, winner, rival.fit):
         return ending.turned_down(rival.name, _is_hardly_wider(winner))
@@ -185,15 +188,10 @@ def _without_proof(inquiry: Inquiry, ending: DuelResult, rival: EffectTrial) -> 
 
 
 def _far_behind(inquiry: Inquiry, winner: EffectTrial, rival: EffectTrial) -> bool:
-    """Return whether a rival leaves far more of held-out conditions, significantly so, or does not even fit the others.
-
-    What a wider form takes more than a narrow one counts only where it is a visible share of the gap.
-    """
+    """Return whether a rival leaves far more of held-out tests, significantly so, or does not even fit the others."""
     if fits_worse(winner.fit, rival.fit, inquiry.policy):
         return True
     if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
-        return False
-    if _hardly_wider(inquiry, winner, rival, winner.fit):
         return False
     return inquiry.source.fall(rival.fit, winner.fit) > inquiry.policy.holdout_clear
 
