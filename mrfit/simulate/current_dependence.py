@@ -28,6 +28,8 @@ import numpy as np
 
 from mrfit.core.specs import Array, DerivedQuantity, Index, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
+from mrfit.kernels.lagrange import combine, polynomials
+from mrfit.kernels.theta import plain
 
 HIGHEST_ORDER = 4
 # Records whose polynomials are remembered, of at most so many samples: in longer ones they cost little beside the model
@@ -163,7 +165,7 @@ def _basis(order: Order, low: float, high: float, current: Array) -> Array:
         # the first piece reaches down to the range's end, every other to above the break
         inside = (held <= piece.high) & ((held > piece.low) | (piece.low == low))
         nodes, at = (coordinate(i, ends, form) for i in (piece.nodes, held[inside]))
-        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(nodes, at)
+        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = polynomials(np.ascontiguousarray(nodes), np.ascontiguousarray(at))
     return rows
 
 
@@ -172,15 +174,6 @@ def _remembered_basis(order: Order, low: float, high: float, current: bytes) -> 
     """Return the same for currents as bytes: a search asks for those of the same few records again and again."""
     rows = _basis(order, low, high, np.frombuffer(current))
     rows.flags.writeable = False
-    return rows
-
-
-def _lagrange(nodes: Array, current: Array) -> Array:
-    rows = np.ones((len(nodes), len(current)))
-    for k in range(len(nodes)):
-        for j in range(len(nodes)):
-            if j != k:
-                rows[k] *= (current - nodes[j]) / (nodes[k] - nodes[j])
     return rows
 
 
@@ -366,7 +359,8 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
     values = current[:1] if constant else current
     nodal = theta if theta.ndim == 3 else theta[:, :, None]
     orders = dict(dependence.orders)
-    result = np.empty((len(theta), len(spec.params), len(values)))
+    # parameter by parameter in memory, as models read them
+    result = np.empty((len(spec.params), len(theta), len(values)))
     bases = {order: dependence.basis(order, values) for order in orders.values() if order}
     column = 0
     for k, p in enumerate(spec.params):
@@ -374,22 +368,21 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
         nodes = nodal[:, column : column + count(order)]
         column += count(order)
         if not order:
-            result[:, k] = nodes[:, 0]
+            result[k] = nodes[:, 0]
         elif logarithmic(spec, p, order):
-            result[:, k] = np.exp(_combined(np.log(nodes), bases[order]))
+            result[k] = np.exp(_combined(np.log(nodes), bases[order]))
         elif p.low > 0.0 and p.name not in spec.linear:
             # between its nodes a polynomial may leave the bounds, outside which a simulation may diverge
-            result[:, k] = np.clip(_combined(nodes, bases[order]), p.low, p.high)
+            result[k] = np.clip(_combined(nodes, bases[order]), p.low, p.high)
         else:
-            result[:, k] = _combined(nodes, bases[order])
-    return result[:, :, 0].copy() if constant else result
+            result[k] = _combined(nodes, bases[order])
+    return result[:, :, 0].T.copy() if constant else np.swapaxes(result, 0, 1)
 
 
 def _combined(nodes: Array, basis: Array) -> Array:
     """Return the sum over nodes (P, Q, N or 1) of each times its polynomial (Q, N), term by term: shape (P, N)."""
-    total: Array = nodes[:, 0] * basis[0]
-    for k in range(1, len(basis)):
-        total += nodes[:, k] * basis[k]
+    total = np.empty((len(nodes), basis.shape[1]))
+    combine(np.ascontiguousarray(nodes), plain(basis), total)
     return total
 
 
@@ -429,7 +422,7 @@ def _nearest(dependence: CurrentDependence, order: Order, currents: Array, value
         above = np.zeros((len(at_break), count(order)))
         ends, form = (dependence.low, dependence.high), form_of(order)
         nodes, at = (coordinate(i, ends, form) for i in (other.nodes, currents[at_break]))
-        above[:, other.columns] = _lagrange(nodes, at).T
+        above[:, other.columns] = polynomials(np.ascontiguousarray(nodes), np.ascontiguousarray(at)).T
         rows.append(above)
         targets.append(values[at_break])
     return np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
