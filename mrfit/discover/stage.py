@@ -15,9 +15,10 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.evidence.gather import SimulatedEvidence, gather
-from mrfit.discover.evidence.plain_fit import with_plain_errors
+from mrfit.discover.evidence.plain_fit import PLAIN_ERRORS, with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
+from mrfit.discover.evidence.work import Effort
 from mrfit.discover.hold_out import with_laws_trained
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import DECIDED, Floors, may_err, worth_examining
@@ -30,7 +31,7 @@ from mrfit.discover.writing.formula import PLUGIN_FILE, with_formula
 from mrfit.discover.writing.law_repair import REPAIR_FILE, with_law_repair
 from mrfit.discover.writing.open_law import with_another_base
 from mrfit.discover.writing.regions import not_determined
-from mrfit.discover.writing.result import DiscoveryRequest, account
+from mrfit.discover.writing.result import DiscoveryRequest, account, insufficient
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.driven import INERTIA_EFFECT, tests_of_law
@@ -39,7 +40,7 @@ from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key, segments_digest
-from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, Gap, PartialDiscovery, Unexplained
+from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, PartialDiscovery
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
@@ -131,16 +132,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         logged = replace(tests, segments=segments)
         if settings.driven_by != "none":
             tests = tests_of_law(tests, settings.driven_by, settings.mass)
-        told = _discovered(_Job(workspace, settings, tests, asked, progress))
+        job = _Job(workspace, settings, tests, asked, progress)
+        told = _discovered(job)
         told = replace(told, found=of_driven(told.found, settings))
         advice = (*told.found.advice, moved) if moved else told.found.advice
         told = replace(told, found=told.found.model_copy(update={"advice": advice}))
-        # the law's error is another than that of a driven motion; fits of a coil take ten times as long as a discovery
-        output = base_of(settings.model.partition("+")[0]).spec.output
-        if settings.driven_by == "none" and output == OUTPUT_ON_MASS:
-            progress("errors of plain fits", 0, 1)
-            told = replace(told, found=with_plain_errors(told.found, told.near, workspace, settings, logged))
-            progress("errors of plain fits", 1, 1)
+        told = _with_plain_errors(job, told, logged)
+        left_out = (*told.found.left_out, *job.effort.left_out)
+        told = replace(told, found=told.found.model_copy(update={"left_out": left_out}))
     own = {k: v for k, v in asdict(given).items() if k != "jobs"}
     made = {"code": code_version("discover"), "segments_sha256": segments_digest(rows), "settings": own}
     found = told.found.model_copy(update=made)
@@ -211,25 +210,6 @@ def by_law_of_current(model: str) -> bool:
     return spec.output in OUTPUTS and not takes_current(spec)
 
 
-def insufficient(asked: DiscoveryRequest, lacking: str) -> DiscoveryFile:
-    """Return the discovery of data that are too few."""
-    return DiscoveryFile(
-        base_model=asked.model,
-        verdict="insufficient-data",
-        effects=(),
-        ambiguous_set=(),
-        advice=(lacking,),
-        where=(),
-        gap=Gap(noise_floor=None, before=None, after=None, closed=None),
-        candidates=(),
-        unexplained=Unexplained(share_of_gap=None, where=()),
-        augmented_model=asked.model,
-        seed=asked.seed,
-        data_sha256=asked.data_sha256,
-        key=asked.key,
-    )
-
-
 @dataclass(frozen=True)
 class DiscoveryOutput:
     """Files of a discovery: discovery.json's content, and the errors of every sample, by column.
@@ -244,13 +224,19 @@ class DiscoveryOutput:
 
 @dataclass(frozen=True)
 class _Job:
-    """Discovery to make: its workspace, settings, data, request and progress."""
+    """Discovery to make: its workspace, settings, data, request, progress, and its work so far."""
 
     workspace: Workspace
     settings: Settings
     data: Dataset
     asked: DiscoveryRequest
     progress: Progress
+    effort: Effort = field(default_factory=Effort)
+
+    @property
+    def may_decide_again(self) -> bool:
+        """Whether another decision on the data may be made; otherwise it is told that it was not."""
+        return self.effort.allows(STANDARD.most_effort, "other dependences of the base on current")
 
     def again(self, purpose: str) -> "_Job":
         """Return the job of another decision on the data, whose refits are kept under a key of their own."""
@@ -307,6 +293,20 @@ def _discovered(job: _Job) -> DiscoveryOutput:
     return DiscoveryOutput(told, series, {**before.values, **after.values})
 
 
+def _with_plain_errors(job: _Job, told: DiscoveryOutput, logged: Dataset) -> DiscoveryOutput:
+    """Return the files with the errors of plain fits to tests with the roles that a fit gives them."""
+    settings = job.settings
+    # the law's error is another than that of a driven motion; fits of a coil take ten times as long as a discovery
+    if settings.driven_by != "none" or base_of(settings.model.partition("+")[0]).spec.output != OUTPUT_ON_MASS:
+        return told
+    if not job.effort.allows(STANDARD.most_effort_told, PLAIN_ERRORS):
+        return told
+    job.progress("errors of plain fits", 0, 1)
+    found = with_plain_errors(told.found, told.near, job.workspace, settings, logged)
+    job.progress("errors of plain fits", 1, 1)
+    return replace(told, found=found)
+
+
 def _floors(gathering: SimulatedEvidence) -> Floors:
     bench = gathering.fitter.bench
     return Floors(
@@ -323,7 +323,7 @@ def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
     near = [assemble(law.model) for law in told.other_laws if law.near_the_floor]
     # a law with a rough response of its own is slow to simulate
     quick = [a for a in near if samples * (STANDARD.rough_weight if a.rough else 1) <= STANDARD.most_samples_again]
-    if not quick:
+    if not quick or not job.effort.allows(STANDARD.most_effort, "what another base lacks"):
         return told
     law = min(quick, key=lambda assembly: len(assembly.spec.params)).spec.name
     settings = replace(job.settings, model=law, current_order="auto", start=())
@@ -406,6 +406,8 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
 
 def _with_fewer_names(job: _Job, laws: CurrentDependence | None, decided: _DependenceChoice) -> _DependenceChoice:
     """Return the decision with other laws of current if it explains the base by fewer effects, or where nothing did."""
+    if not job.may_decide_again:
+        return decided
     chosen, other = decided.judged.chosen, _judged(job, laws)
     fewer = chosen.verdict == "unexplained" or set(other.chosen.effects) < set(chosen.effects)
     return _DependenceChoice(other, Currents(laws)) if other.chosen.verdict in DECIDED and fewer else decided
@@ -448,6 +450,8 @@ def _with_laws_as_chosen(job: _Job, decided: _DependenceChoice, choice: LawChoic
 
 def _better_decided(job: _Job, currents: Currents, decided: _DependenceChoice) -> _DependenceChoice:
     """Return the decision with other laws of current if it explains the base and errs less on held-out conditions."""
+    if not job.may_decide_again:
+        return decided
     other = _judged(_started(job, currents), currents.dependence)
     nearer = other.chosen.final.holdout < decided.judged.chosen.final.holdout
     return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and nearer else decided
@@ -589,4 +593,6 @@ def _fitter(job: _Job, dependence: CurrentDependence | None) -> Fitter:
             kept.setdefault(effects, point)
             write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
-    return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs)
+    return Fitter(
+        bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs, effort=job.effort
+    )

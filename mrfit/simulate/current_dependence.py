@@ -165,7 +165,9 @@ def _basis(order: Order, low: float, high: float, current: Array) -> Array:
         # the first piece reaches down to the range's end, every other to above the break
         inside = (held <= piece.high) & ((held > piece.low) | (piece.low == low))
         nodes, at = (coordinate(i, ends, form) for i in (piece.nodes, held[inside]))
-        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = polynomials(np.ascontiguousarray(nodes), np.ascontiguousarray(at))
+        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = polynomials(
+            np.ascontiguousarray(nodes), np.ascontiguousarray(at)
+        )
     return rows
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.driven import DT, LAWS, SAMPLES, excitation
-from mrfit.discover.stage import Settings, insufficient, model_toml, of_driven, with_inertia
-from mrfit.discover.writing.result import DiscoveryRequest
+from mrfit.discover.stage import Settings, model_toml, of_driven, with_inertia
+from mrfit.discover.writing.result import DiscoveryRequest, insufficient
 from mrfit.io.schemas.discovery import OtherLaw
 from mrfit.report.explain import next_step
 from mrfit.simulate.assembly import assemble

@@ -14,6 +14,7 @@ from mrfit.core.specs import Invariance
 from mrfit.discover import hold_out
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
+from mrfit.discover.evidence.work import Effort
 from mrfit.discover.invariance.findings import LawErrors, LawFindings
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection import rules
@@ -177,6 +178,11 @@ def slow(base: str, samples: int) -> Rule:
     return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)
 
 
+def allowed(threshold: str, spent: int) -> Rule:
+    """Whether more may be done after so much work."""
+    return lambda p: Effort(spent).allows(getattr(p, threshold), "more")
+
+
 def beside_one_current(slower: float) -> Rule:
     """Whether of two held-out tests one is trained, where the trained one is slower and at one other current."""
     row = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 6.0, 0.01, 0.0, 2, 0.0, float("nan"), "holdout")
@@ -312,6 +318,8 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "as_fast": (beside_one_current(1.4), beside_one_current(1.6)),
     # a law that is not stepped is no work
     "most_work": (slow("boucwen", 20_000), slow("tanh", 20_000)),
+    "most_effort": (allowed("most_effort", 900_000), allowed("most_effort", 900_001)),
+    "most_effort_told": (allowed("most_effort_told", 400_000), allowed("most_effort_told", 400_001)),
     "extrapolates": (
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.2)), p)),
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.05)), p)),

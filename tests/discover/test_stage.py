@@ -15,10 +15,11 @@ from mrfit.core.progress import silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage
 from mrfit.discover.evidence import plain_fit
+from mrfit.discover.evidence.work import Effort
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors
 from mrfit.discover.stage import Currents, Settings, _fitter, run, shape_of_loop
-from mrfit.discover.writing.result import DiscoveryRequest
+from mrfit.discover.writing.result import DiscoveryRequest, insufficient
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.select import load_recordings
@@ -72,9 +73,19 @@ def test_plain_errors_that_take_long_are_left_out_and_that_is_said(
         ("boucwen", ["Left out, as it takes long: plain errors, which `mrfit fit` states."]),
         ("tanh", []),
     ):
-        asked = stage.insufficient(DiscoveryRequest(model, 0, "", "k"), "too few")
+        asked = insufficient(DiscoveryRequest(model, 0, "", "k"), "too few")
         found = plain_fit.with_plain_errors(asked, {}, study, Settings(model), data)
         assert (found.gap.plain_before is None) == bool(said) and sentences(found)[1:] == said
+
+
+def test_what_is_only_told_is_left_out_after_much_work_and_that_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = run(workspace(tmp_path / "whole", mass=12.0), Settings("tanh")).found
+    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_effort_told=0))
+    found = run(workspace(tmp_path / "short", mass=12.0), Settings("tanh")).found
+    assert not whole.left_out and found.left_out == ("plain errors, which `mrfit fit` states",)
+    assert found.gap == whole.gap.model_copy(update={"plain_before": None, "plain_after": None})
 
 
 def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:
@@ -349,6 +360,20 @@ def decision(words: str, trials: Sequence[Any] = (), train: float | None = None,
     final = fit(float(error), *effects, train=train)
     chosen = SimpleNamespace(base=fit(2.0), final=final, effects=tuple(effects), verdict=verdict, trials=tuple(trials))
     return SimpleNamespace(chosen=chosen, gathering=SimpleNamespace(fitter=fitter))
+
+
+@pytest.mark.parametrize("spent", [100, 101])
+def test_no_other_decision_is_made_after_much_work_and_that_is_said_once(
+    spent: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_effort=100))
+    monkeypatch.setattr(stage, "_judged", lambda *_: decision("named at 0.9 inertia"))
+    job = replace(JOB, effort=Effort(spent))
+    decided = stage._DependenceChoice(decision("unexplained at 2.0"), Currents(CHOSEN))
+    tried = (stage._better_decided(job, Currents(BESIDE), decided), stage._with_fewer_names(job, BESIDE, decided))
+    made = spent <= 100
+    assert [one is not decided for one in tried] == [made, made]
+    assert job.effort.left_out == ([] if made else ["other dependences of the base on current"])
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ from mrfit.settings.discover import Settings
 
 # Cycles that are simulated for those of a periodic test, folded to one
 FOLDED_CYCLES = 3.0
+# What is said where they are left out
+PLAIN_ERRORS = "plain errors, which `mrfit fit` states"
 
 
 def with_plain_errors(
@@ -41,7 +43,7 @@ def with_plain_errors(
     alone = _prepared(data, base)
     whole = _prepared(data, augmented) if augmented != base else alone
     if _work(data, alone) + _work(data, whole) > STANDARD.most_work:
-        return found.model_copy(update={"left_out": (*found.left_out, "plain errors, which `mrfit fit` states")})
+        return found.model_copy(update={"left_out": (*found.left_out, PLAIN_ERRORS)})
     before = after = _stated(workspace, data, base, alone)
     if found.augmented_model != found.base_model:
         after = _stated(workspace, data, augmented, whole, near)

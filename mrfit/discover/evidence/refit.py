@@ -13,6 +13,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.evidence.bench import Bench
 from mrfit.discover.evidence.clusters import clustered, score
+from mrfit.discover.evidence.work import Effort
 from mrfit.discover.policy import STANDARD
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
@@ -173,6 +174,8 @@ class Fitter:
         The last fit judged of each set of effects: the same optimum is asked for again and again.
     fixed
         Parameters that are held, by name.
+    effort
+        Of the discovery, to which every set of effects adds its samples once.
     """
 
     bench: Bench
@@ -184,6 +187,7 @@ class Fitter:
     jobs: int = 1
     judged: dict[tuple[str, ...], Refit] = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
+    effort: Effort = field(default_factory=Effort)
 
     def assembly(self, effects: Sequence[str]) -> Assembly:
         """Return the base with these effects."""
@@ -297,6 +301,8 @@ class Fitter:
         return evaluate
 
     def _judged(self, key: tuple[str, ...], assembly: Assembly, cube: Cube, point: Array) -> Refit:
+        if key not in self.judged:
+            self.effort.spent += sum(s.segment.samples for s in self.bench.of_role("train"))
         if key not in self.judged or not np.array_equal(self.judged[key].point, point):
             self.judged[key] = self._judge(key, assembly, cube, point)
         return self.judged[key]

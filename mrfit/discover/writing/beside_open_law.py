@@ -78,7 +78,8 @@ def beside_open_law(
     after = fits.after if open_law else gathering.refit_of(chosen.final)
     if combined.law_is_open:
         found = with_gap(found, fits.gap, fits.without)
-    if not examined.not_applicable and (combined.law_may_be_off or chosen.final.effects):
+    compared = not examined.not_applicable and (combined.law_may_be_off or bool(chosen.final.effects))
+    if compared and (combined.law_may_be_off or fitter.effort.allows(policy.most_effort_told, "fits of other laws")):
         slow = slow_laws(fitter, base, dependence, policy)
         laws = other_laws(fitter, base, held, dependence, policy, slow)
         told = worth_telling(laws, policy) if combined.law_may_be_off else better_alone(found, laws, policy)

@@ -19,6 +19,7 @@ from mrfit.io.schemas.discovery import (
     DiscoveryDependence,
     DiscoveryFile,
     FoundEffect,
+    Gap,
     Pair,
     SegmentFloor,
     Unexplained,
@@ -52,6 +53,25 @@ class DiscoveryRequest:
     key: str
     dependence: DiscoveryDependence | None = None
     choice: dict[str, Any] | None = None
+
+
+def insufficient(asked: DiscoveryRequest, lacking: str) -> DiscoveryFile:
+    """Return the discovery of data that are too few."""
+    return DiscoveryFile(
+        base_model=asked.model,
+        verdict="insufficient-data",
+        effects=(),
+        ambiguous_set=(),
+        advice=(lacking,),
+        where=(),
+        gap=Gap(noise_floor=None, before=None, after=None, closed=None),
+        candidates=(),
+        unexplained=Unexplained(share_of_gap=None, where=()),
+        augmented_model=asked.model,
+        seed=asked.seed,
+        data_sha256=asked.data_sha256,
+        key=asked.key,
+    )
 
 
 def account(asked: DiscoveryRequest, chosen: Selection, found: Findings, policy: Policy) -> DiscoveryFile:
