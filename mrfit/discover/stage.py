@@ -399,8 +399,10 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
     laws = decided.currents.dependence
     if laws is None:
         return decided
-    bent = bent_more(laws, job.settings.model)
-    plainer = _is_plainer(job, decided.judged, bent, 1.0)
+    bent, found = bent_more(laws, job.settings.model), decided.judged
+    # an effect that is a law of current has to leave clearly less where the law may be off
+    doubted = worth_examining(found.chosen, _floors(found.gathering), STANDARD)
+    plainer = _is_plainer(job, found, bent, STANDARD.simpler_error if doubted else 1.0)
     return _with_fewer_names(job.again("bent"), bent, decided) if plainer else decided
 
 

@@ -518,21 +518,24 @@ class BentLaws(LawsByRole):
 
 
 @pytest.mark.parametrize(
-    ("first", "bent", "other", "kept"),
+    ("first", "doubted", "bent", "other", "kept"),
     [
         # the law of a moving current was too plain: no effect leaves less than one that bends more
-        ("named at 1.05 current-saturation", 1.04, "none at 1.04", True),
-        ("named at 1.05 current-saturation", 1.06, "", False),
+        ("named at 1.05 current-saturation", False, 1.04, "none at 1.04", True),
+        ("named at 1.05 current-saturation", False, 1.06, "", False),
+        # where the law may be off it has to leave clearly less
+        ("named at 1.05 current-saturation", True, 1.06, "none at 1.06", True),
+        ("named at 1.05 current-saturation", True, 1.11, "", False),
         # the decision with it is open, or has as many effects
-        ("named at 1.05 current-saturation", 1.04, "unexplained at 1.04", False),
-        ("named at 1.05 current-saturation", 1.04, "named at 1.04 inertia", False),
+        ("named at 1.05 current-saturation", False, 1.04, "unexplained at 1.04", False),
+        ("named at 1.05 current-saturation", False, 1.04, "named at 1.04 inertia", False),
         # no effect was named that is such a law
-        ("named at 1.05 inertia", 1.04, "", False),
-        ("unexplained at 4.0", 1.04, "", False),
+        ("named at 1.05 inertia", False, 1.04, "", False),
+        ("unexplained at 4.0", False, 1.04, "", False),
     ],
 )
 def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_that_leaves_no_less(
-    first: str, bent: float, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+    first: str, doubted: bool, bent: float, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Any] = []
 
@@ -541,6 +544,8 @@ def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_
         return decision(other, fitter=BentLaws(error=bent))
 
     monkeypatch.setattr(stage, "_judged", judged)
+    monkeypatch.setattr(stage, "_floors", lambda _: Floors(1.0, True))
+    monkeypatch.setattr(stage, "worth_examining", lambda *_: doubted)
     plain = CurrentDependence((("fy", 1), ("c", 1)), 0.0, 2.0)
     decided = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(plain))
     found = stage._with_bent_laws(JOB, decided)

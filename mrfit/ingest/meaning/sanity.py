@@ -20,6 +20,8 @@ RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
 FLANK, FLANKS, STRAIGHT_FLANK = 8, 20, 1e-3
 """Least samples of a way between two ends, so many of them, and a bend in their height that is none."""
+BRIEF, FEWEST_BRIEF, LEAST_BRIEF, CODES = 5, 10, 0.2, 3.0
+"""So many samples or fewer, so often and in so many of all cases, by so many codes noise leaves an end that cuts it."""
 OUTLIER = 1000.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
@@ -154,10 +156,30 @@ def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, fl
     _, counts = np.unique(near, return_counts=True)
     others = counts[:-1] if end == ends[1] else counts[1:]
     # a rounded sine stands on its last level 2.4 times as long as on the next
-    if count <= 6 * int(others.max(initial=1)) or longest_run(at_end) < 5:
+    if count <= 6 * int(others.max(initial=1)):
+        return False
+    if _amid_noise(values, at_end, end):
+        return True
+    if longest_run(at_end) < 5:
         return False
     flanks = Flanks.of(values, ends)
     return flanks.curved if rectangular(values, ends) else not flanks.straight
+
+
+def _amid_noise(values: Array, at_end: np.ndarray, end: float) -> bool:
+    """Whether a signal leaves its end for a few samples again and again, by more than its converter's codes.
+
+    Noise on a hold does so where it is cut off. A hold without noise is not left, one that flickers goes to the next
+    code.
+    """
+    visits = runs(at_end)
+    left = np.stack([visits[:-1, 1], visits[1:, 0]], axis=1)
+    brief = left[np.diff(left)[:, 0] <= BRIEF]
+    if len(brief) < LEAST_BRIEF * len(left) or len(brief) < FEWEST_BRIEF:
+        return False
+    away = np.abs(values[brief[:, 0]] - end)
+    steps = np.diff(np.unique(values))
+    return bool(np.median(away) > CODES * float(steps.min()))
 
 
 @dataclass(frozen=True, slots=True)

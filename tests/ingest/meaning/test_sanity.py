@@ -46,6 +46,21 @@ def test_clipped_channel_with_the_time_it_begins(side: float) -> None:
     assert finding.at == pytest.approx(np.arcsin(0.8) / (2 * np.pi * 5), abs=2 * DT)
 
 
+@pytest.mark.parametrize("wave", [np.sign(SINE), np.clip(5.0 * np.arcsin(SINE), -1.0, 1.0), np.tanh(5.0 * SINE)])
+@pytest.mark.parametrize("noise", [0.02, 0.1])
+def test_noise_that_is_cut_off_is_clipped_whatever_the_wave(wave: Array, noise: float) -> None:
+    measured = wave + noise * np.random.default_rng(1).standard_normal(len(T))
+    assert _kinds(ch1=_rounded(measured, 12)) == []
+    assert _kinds(ch1=np.minimum(_rounded(measured, 12), 0.97)) == [("clipped", "ch1")]
+    assert _kinds(ch1=np.maximum(_rounded(measured, 12), -0.97)) == [("clipped", "ch1")]
+
+
+@pytest.mark.parametrize("codes", [0.2, 0.5])
+def test_a_hold_that_flickers_by_a_code_is_not_clipped(codes: float) -> None:
+    noise = codes * 2.0**-11 * np.random.default_rng(1).standard_normal(len(T))
+    assert _kinds(ch1=_rounded(np.clip(5.0 * np.arcsin(SINE), -1.0, 1.0) + noise, 12)) == []
+
+
 def test_standing_still_at_the_beginning_is_no_clipping() -> None:
     assert _kinds(ch1=np.concatenate([np.full(500, -1.0), _rounded(-np.cos(2 * np.pi * 5 * T), 12)])) == []
 
