@@ -20,7 +20,7 @@ RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
 FLANK, FLANKS, STRAIGHT_FLANK = 8, 20, 1e-3
 """Least samples of a way between two ends, so many of them, and a bend in their height that is none."""
-BRIEF, FEWEST_BRIEF, LEAST_BRIEF, CODES = 5, 10, 0.2, 3.0
+CUT_GAP, CUT_GAPS, CUT_SHARE, CUT_CODES = 5, 10, 0.2, 3.0
 """So many samples or fewer, so often and in so many of all cases, by so many codes noise leaves an end that cuts it."""
 OUTLIER = 1000.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
@@ -174,12 +174,12 @@ def _amid_noise(values: Array, at_end: np.ndarray, end: float) -> bool:
     """
     visits = runs(at_end)
     left = np.stack([visits[:-1, 1], visits[1:, 0]], axis=1)
-    brief = left[np.diff(left)[:, 0] <= BRIEF]
-    if len(brief) < LEAST_BRIEF * len(left) or len(brief) < FEWEST_BRIEF:
+    brief = left[np.diff(left)[:, 0] <= CUT_GAP]
+    if len(brief) < CUT_SHARE * len(left) or len(brief) < CUT_GAPS:
         return False
     away = np.abs(values[brief[:, 0]] - end)
     steps = np.diff(np.unique(values))
-    return bool(np.median(away) > CODES * float(steps.min()))
+    return bool(np.median(away) > CUT_CODES * float(steps.min()))
 
 
 @dataclass(frozen=True, slots=True)
