@@ -10,7 +10,6 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import EXCITATIONS, OUTPUT_ON_MASS
 from mrfit.core.progress import Progress, silent
-from mrfit.core.protocols import HasStep
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
@@ -18,7 +17,7 @@ from mrfit.discover.evidence.gather import SimulatedEvidence, gather
 from mrfit.discover.evidence.plain_fit import PLAIN_ERRORS, with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
-from mrfit.discover.evidence.work import Effort
+from mrfit.discover.evidence.work import Effort, is_stepped, shape_of_loop
 from mrfit.discover.hold_out import with_laws_trained
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import DECIDED, Floors, may_err, worth_examining
@@ -299,7 +298,8 @@ def _with_plain_errors(job: _Job, told: DiscoveryOutput, logged: Dataset) -> Dis
     # the law's error is another than that of a driven motion; fits of a coil take ten times as long as a discovery
     if settings.driven_by != "none" or base_of(settings.model.partition("+")[0]).spec.output != OUTPUT_ON_MASS:
         return told
-    if not job.effort.allows(STANDARD.most_effort_told, PLAIN_ERRORS):
+    # fits of other laws end in a second or two
+    if is_stepped(settings.model) and not job.effort.allows(STANDARD.most_effort_told, PLAIN_ERRORS):
         return told
     job.progress("errors of plain fits", 0, 1)
     found = with_plain_errors(told.found, told.near, job.workspace, settings, logged)
@@ -540,15 +540,6 @@ def bent_more(laws: CurrentDependence, model: str) -> CurrentDependence:
     yields = {p.name for p in base_of(model).spec.params if p.role == "yield"}
     orders = tuple((n, o + 1 if n in yields and isinstance(o, int) else o) for n, o in laws.orders)
     return replace(laws, orders=orders)
-
-
-def shape_of_loop(model: str) -> tuple[str, ...]:
-    """Return the parameters of a loop that remembers, which would be stepped with the current.
-
-    A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
-    """
-    module = registry.load("model", model)
-    return tuple(p.name for p in module.SPEC.params if p.role == "hysteresis") if isinstance(module, HasStep) else ()
 
 
 def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:

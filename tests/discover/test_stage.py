@@ -15,10 +15,10 @@ from mrfit.core.progress import silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage
 from mrfit.discover.evidence import plain_fit
-from mrfit.discover.evidence.work import Effort
+from mrfit.discover.evidence.work import Effort, shape_of_loop
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors
-from mrfit.discover.stage import Currents, Settings, _fitter, run, shape_of_loop
+from mrfit.discover.stage import Currents, Settings, _fitter, run
 from mrfit.discover.writing.result import DiscoveryRequest, insufficient
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit import stage as fit_stage
@@ -78,14 +78,18 @@ def test_plain_errors_that_take_long_are_left_out_and_that_is_said(
         assert (found.gap.plain_before is None) == bool(said) and sentences(found)[1:] == said
 
 
-def test_what_is_only_told_is_left_out_after_much_work_and_that_is_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("model", "spent", "stated"), [("boucwen", 100, True), ("boucwen", 101, False), ("tanh", 101, True)]
+)
+def test_plain_errors_of_a_law_that_is_stepped_are_left_out_after_much_work_and_that_is_said(
+    model: str, spent: int, stated: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = run(workspace(tmp_path / "whole", mass=12.0), Settings("tanh")).found
-    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_effort_told=0))
-    found = run(workspace(tmp_path / "short", mass=12.0), Settings("tanh")).found
-    assert not whole.left_out and found.left_out == ("plain errors, which `mrfit fit` states",)
-    assert found.gap == whole.gap.model_copy(update={"plain_before": None, "plain_after": None})
+    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_effort_told=100))
+    monkeypatch.setattr(stage, "with_plain_errors", lambda found, *_: f"{found} with errors")
+    job = replace(JOB, settings=Settings(model), effort=Effort(spent))
+    told: Any = stage.DiscoveryOutput("a discovery")  # type: ignore[arg-type]
+    assert stage._with_plain_errors(job, told, job.data).found == "a discovery" + " with errors" * stated
+    assert job.effort.left_out == ([] if stated else ["plain errors, which `mrfit fit` states"])
 
 
 def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:

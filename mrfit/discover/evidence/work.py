@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from mrfit.core import registry
 from mrfit.core.protocols import HasStep
+from mrfit.core.specs import ModelSpec
 from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import base_name
@@ -33,6 +34,20 @@ class Effort:
         return False
 
 
+def is_stepped(model: str) -> bool:
+    """Return whether the law of a written model is stepped from sample to sample."""
+    return isinstance(registry.load("model", model.partition("+")[0]), HasStep)
+
+
+def shape_of_loop(model: str) -> tuple[str, ...]:
+    """Return the parameters of a loop that remembers, which would be stepped with the current.
+
+    A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
+    """
+    spec: ModelSpec = registry.load("model", model.partition("+")[0]).SPEC
+    return tuple(p.name for p in spec.params if p.role == "hysteresis") if is_stepped(model) else ()
+
+
 def work_of(assembly: Assembly, samples: int) -> int:
     """Return samples times the numbers of a search, of a law that is stepped from sample to sample; 0 of others.
 
@@ -40,9 +55,7 @@ def work_of(assembly: Assembly, samples: int) -> int:
     it could be stepped: it is as slow as a law with a rough response.
     """
     spec = assembly.spec
-    module = registry.load("model", spec.name.partition("+")[0])
-    if not isinstance(module, HasStep):
+    if not is_stepped(spec.name):
         return 0
-    shape = {p.name for p in module.SPEC.params if p.role == "hysteresis"}
-    bent = any("@" in n and base_name(n) in shape for n in spec.names)
+    bent = any("@" in n and base_name(n) in shape_of_loop(spec.name) for n in spec.names)
     return int(samples * (len(spec.params) - len(spec.linear)) * (STANDARD.rough_weight if bent else 1.0))
