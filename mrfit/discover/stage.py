@@ -232,10 +232,9 @@ class _Job:
     progress: Progress
     effort: Effort = field(default_factory=Effort)
 
-    @property
-    def may_decide_again(self) -> bool:
-        """Whether another decision on the data may be made; otherwise it is told that it was not."""
-        return self.effort.allows(STANDARD.most_effort, "other dependences of the base on current")
+    def decides_again(self) -> bool:
+        """Return whether another decision on the data may be made; otherwise it is told that it was not."""
+        return self.effort.allows(STANDARD.most_effort, "other dependences on current")
 
     def again(self, purpose: str) -> "_Job":
         """Return the job of another decision on the data, whose refits are kept under a key of their own."""
@@ -323,7 +322,9 @@ def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
     near = [assemble(law.model) for law in told.other_laws if law.near_the_floor]
     # a law with a rough response of its own is slow to simulate
     quick = [a for a in near if samples * (STANDARD.rough_weight if a.rough else 1) <= STANDARD.most_samples_again]
-    if not quick or not job.effort.allows(STANDARD.most_effort, "what another base lacks"):
+    if not quick:
+        return told
+    if not job.effort.allows(STANDARD.most_effort, "what another base lacks"):
         return told
     law = min(quick, key=lambda assembly: len(assembly.spec.params)).spec.name
     settings = replace(job.settings, model=law, current_order="auto", start=())
@@ -408,7 +409,7 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
 
 def _with_fewer_names(job: _Job, laws: CurrentDependence | None, decided: _DependenceChoice) -> _DependenceChoice:
     """Return the decision with other laws of current if it explains the base by fewer effects, or where nothing did."""
-    if not job.may_decide_again:
+    if not job.decides_again():
         return decided
     chosen, other = decided.judged.chosen, _judged(job, laws)
     fewer = chosen.verdict == "unexplained" or set(other.chosen.effects) < set(chosen.effects)
@@ -429,7 +430,7 @@ def _with_laws_beside_an_effect(job: _Job, decided: _DependenceChoice) -> _Depen
     opened = worth_examining(chosen, floors, STANDARD)
     most = STANDARD.above_noise if opened else STANDARD.examined_above_floor
     clear = len(chosen.effects) <= 1 and not opened
-    if clear or not likely.effects or likely.train > most * floors.fitted:
+    if clear or not likely.effects or likely.train > most * floors.fitted or not job.decides_again():
         return decided
     held = {n: v for n, v in likely.values.items() if n.partition(".")[0] in likely.effects}
     currents = current_dependence(job.settings, job.data, likely.effects, held)
@@ -452,7 +453,7 @@ def _with_laws_as_chosen(job: _Job, decided: _DependenceChoice, choice: LawChoic
 
 def _better_decided(job: _Job, currents: Currents, decided: _DependenceChoice) -> _DependenceChoice:
     """Return the decision with other laws of current if it explains the base and errs less on held-out conditions."""
-    if not job.may_decide_again:
+    if not job.decides_again():
         return decided
     other = _judged(_started(job, currents), currents.dependence)
     nearer = other.chosen.final.holdout < decided.judged.chosen.final.holdout

@@ -24,7 +24,8 @@ from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, seconds_left
 from mrfit.search.problem import LeastSquaresProblem, SegmentBlock
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_dependence import CurrentDependence, base_name, expanded, through
+from mrfit.simulate.at_current import through
+from mrfit.simulate.current_dependence import CurrentDependence, base_name, expanded
 from mrfit.simulate.current_levels import level_of, levels_of
 
 # Evaluations of the first phase: at the first current, and at each of the others, which start from their neighbour

@@ -21,7 +21,8 @@ from mrfit.core import protocols, registry
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.kernels.theta import by_rows
-from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
+from mrfit.simulate.at_current import at_current
+from mrfit.simulate.current_dependence import CurrentDependence, base_name, coefficients, expanded
 from mrfit.simulate.middles import apart, between, halved, middles_of
 
 

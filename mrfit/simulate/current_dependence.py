@@ -21,19 +21,15 @@ there, those written with ``/`` may jump. The break itself belongs to the piece 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 
 from mrfit.core.specs import Array, DerivedQuantity, Index, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
-from mrfit.kernels.lagrange import combine, polynomials
-from mrfit.kernels.theta import plain
 
 HIGHEST_ORDER = 4
-# Records whose polynomials are remembered, of at most so many samples: in longer ones they cost little beside the model
-_REMEMBERED, REMEMBERED_SAMPLES = 256, 10_000
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
 MEETING, JUMPING = ":", "/"
@@ -107,7 +103,7 @@ class CurrentDependence:
 
     def pieces(self, order: Order) -> tuple[CurrentPiece, ...]:
         """Return the polynomials of a parameter of this order, by rising current."""
-        return _pieces(order, self.low, self.high)
+        return pieces_between(order, self.low, self.high)
 
     def nodes(self, order: Order) -> Array:
         """Return the currents in A at which a parameter of this order is given, one for each of its values."""
@@ -139,12 +135,6 @@ class CurrentDependence:
         pairs = [(n, zip(self.labels(o), self.labels(o, True), strict=True)) for n, o in self.orders if o]
         return {f"{name}@{short}": f"{name}@{exact}" for name, labels in pairs for short, exact in labels}
 
-    def basis(self, order: Order, current: Array) -> Array:
-        """Return the Lagrange polynomials at currents (N,) in A, one row for each node; 0 outside their piece."""
-        if len(current) > REMEMBERED_SAMPLES:
-            return _basis(order, self.low, self.high, current)
-        return _remembered_basis(order, self.low, self.high, np.asarray(current, dtype=np.float64).tobytes())
-
 
 def coordinate(current: Array, ends: Sequence[float] | Array, form: str) -> Array:
     """Return the variable in A of a form's polynomial at currents (N,): the current, or ``i_k tanh(i/i_k)``."""
@@ -155,28 +145,6 @@ def coordinate(current: Array, ends: Sequence[float] | Array, form: str) -> Arra
 def knee_of(form: str, ends: Sequence[float] | Array) -> float:
     """Return the current i_k in A at which a form bends, for ends of the range tested; 0 where it does not."""
     return KNEE * max(abs(ends[0]), abs(ends[1])) if form == SAT else 0.0
-
-
-def _basis(order: Order, low: float, high: float, current: Array) -> Array:
-    held = np.clip(current, low, high)
-    rows = np.zeros((count(order), len(current)))
-    form, ends = form_of(order), (low, high)
-    for piece in _pieces(order, low, high):
-        # the first piece reaches down to the range's end, every other to above the break
-        inside = (held <= piece.high) & ((held > piece.low) | (piece.low == low))
-        nodes, at = (coordinate(i, ends, form) for i in (piece.nodes, held[inside]))
-        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = polynomials(
-            np.ascontiguousarray(nodes), np.ascontiguousarray(at)
-        )
-    return rows
-
-
-@lru_cache(_REMEMBERED)
-def _remembered_basis(order: Order, low: float, high: float, current: bytes) -> Array:
-    """Return the same for currents as bytes: a search asks for those of the same few records again and again."""
-    rows = _basis(order, low, high, np.frombuffer(current))
-    rows.flags.writeable = False
-    return rows
 
 
 def base_name(name: str) -> str:
@@ -244,7 +212,8 @@ def count(order: Order) -> int:
 
 
 @cache
-def _pieces(order: Order, low: float, high: float) -> tuple[CurrentPiece, ...]:
+def pieces_between(order: Order, low: float, high: float) -> tuple[CurrentPiece, ...]:
+    """Return the pieces of an order over a range of current in A."""
     orders, breaks, meeting = _read(order)
     edges, pieces, following = (low, *breaks, high), list[CurrentPiece](), 0
     for k, m in enumerate(orders):
@@ -341,93 +310,6 @@ def _coefficient(
     of = f"({knee:.4g} A*tanh(i/{knee:.4g} A))^{power}" if knee else f"i^{power}"
     text = f"coefficient of {of} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
     return DerivedQuantity(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
-
-
-def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, current: Array) -> Array:
-    """Return the base model's parameters at a current, shape (P, K, N), or (P, K) where nothing varies.
-
-    Parameters
-    ----------
-    spec
-        The base model's SPEC, K parameters.
-    dependence
-        Orders and range.
-    theta
-        Parameters at the nodes, shape (P, K'), or (P, K', N) where an effect makes them vary.
-    current
-        Current in A, shape (N,).
-    """
-    constant = theta.ndim == 2 and bool(np.all(current == current[0]))
-    values = current[:1] if constant else current
-    nodal = theta if theta.ndim == 3 else theta[:, :, None]
-    orders = dict(dependence.orders)
-    # parameter by parameter in memory, as models read them
-    result = np.empty((len(spec.params), len(theta), len(values)))
-    bases = {order: dependence.basis(order, values) for order in orders.values() if order}
-    column = 0
-    for k, p in enumerate(spec.params):
-        order = orders.get(p.name, 0)
-        nodes = nodal[:, column : column + count(order)]
-        column += count(order)
-        if not order:
-            result[k] = nodes[:, 0]
-        elif logarithmic(spec, p, order):
-            result[k] = np.exp(_combined(np.log(nodes), bases[order]))
-        elif p.low > 0.0 and p.name not in spec.linear:
-            # between its nodes a polynomial may leave the bounds, outside which a simulation may diverge
-            result[k] = np.clip(_combined(nodes, bases[order]), p.low, p.high)
-        else:
-            result[k] = _combined(nodes, bases[order])
-    return result[:, :, 0].T.copy() if constant else np.swapaxes(result, 0, 1)
-
-
-def _combined(nodes: Array, basis: Array) -> Array:
-    """Return the sum over nodes (P, Q, N or 1) of each times its polynomial (Q, N), term by term: shape (P, N)."""
-    total = np.empty((len(nodes), basis.shape[1]))
-    combine(np.ascontiguousarray(nodes), plain(basis), total)
-    return total
-
-
-def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, theta: Array) -> Array:
-    """Return the parameters at the nodes (K',) whose polynomials come nearest to values found current by current.
-
-    Parameters
-    ----------
-    spec
-        The base model's SPEC, K parameters.
-    dependence
-        Orders and range.
-    currents
-        Currents in A, shape (L,); one at which a parameter may jump counts on both sides.
-    theta
-        The base model's parameters at each of them, shape (L, K); a constant parameter takes their median.
-    """
-    orders = dict(dependence.orders)
-    nodes: list[Array] = []
-    for k, p in enumerate(spec.params):
-        order = orders.get(p.name, 0)
-        if not order:
-            nodes.append(np.median(theta[:, k : k + 1], axis=0))
-            continue
-        log = logarithmic(spec, p, order)
-        found = _nearest(dependence, order, currents, np.log(theta[:, k]) if log else theta[:, k])
-        nodes.append(np.clip(np.exp(found) if log else found, p.low, p.high))
-    return np.concatenate(nodes)
-
-
-def _nearest(dependence: CurrentDependence, order: Order, currents: Array, values: Array) -> Array:
-    """Return the values at the nodes of the polynomials nearest to values (L,) at currents (L,)."""
-    rows, targets = [dependence.basis(order, currents).T], [values]
-    for one, other in pairwise(dependence.pieces(order)):
-        # the basis gives a level at a break to the piece below; where that may jump, it counts above as well
-        at_break = np.flatnonzero((currents == other.low) & (one.columns[-1] != other.columns[0]))
-        above = np.zeros((len(at_break), count(order)))
-        ends, form = (dependence.low, dependence.high), form_of(order)
-        nodes, at = (coordinate(i, ends, form) for i in (other.nodes, currents[at_break]))
-        above[:, other.columns] = polynomials(np.ascontiguousarray(nodes), np.ascontiguousarray(at)).T
-        rows.append(above)
-        targets.append(values[at_break])
-    return np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:

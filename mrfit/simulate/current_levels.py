@@ -13,12 +13,12 @@ from mrfit.io.columns import LONG_SEGMENT, chunks, is_on_disk, part_of
 from mrfit.io.outdated import check_law
 from mrfit.io.schemas.fit import Caution, Fit, FitDependence, Quantity
 from mrfit.simulate.assembly import Assembly, assemble
+from mrfit.simulate.at_current import at_current, basis
 from mrfit.simulate.current_dependence import (
     LOG,
     PLAIN,
     CurrentDependence,
     Order,
-    at_current,
     count,
     expanded,
     logarithmic,
@@ -257,7 +257,7 @@ def _check_pieces(dependence: CurrentDependence, levels: Sequence[float], held_o
         If a parameter has such a piece.
     """
     for name, order in dependence.orders:
-        if np.linalg.matrix_rank(dependence.basis(order, np.array(levels))) < count(order):
+        if np.linalg.matrix_rank(basis(dependence, order, np.array(levels))) < count(order):
             raise DataError(
                 f"--current-order {name}={order}: a piece of order m needs training tests at m + 1 currents in it (a "
                 "break belongs to the piece below it, and to both where they meet); there are "

@@ -377,7 +377,7 @@ def test_no_other_decision_is_made_after_much_work_and_that_is_said_once(
     tried = (stage._better_decided(job, Currents(BESIDE), decided), stage._with_fewer_names(job, BESIDE, decided))
     made = spent <= 100
     assert [one is not decided for one in tried] == [made, made]
-    assert job.effort.left_out == ([] if made else ["other dependences of the base on current"])
+    assert job.effort.left_out == ([] if made else ["other dependences on current"])
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,9 @@ def test_what_is_left_out_is_said_once() -> None:
         ("boucwen", (("c", 1), ("alpha", 2)), 5),
         # a shape that depends on current has no curve
         ("boucwen", (("c", 1), ("kappa", 1)), 6 * STANDARD.rough_weight),
+        # dahl has no curve: it is stepped in any case
+        ("dahl", (), 1),
+        ("dahl", (("rho", 1),), 2),
     ],
 )
 def test_the_work_of_a_fit_is_that_of_laws_that_are_stepped(

@@ -10,14 +10,12 @@ from mrfit.core.specs import ModelSpec
 from mrfit.errors import ConfigError, DataError
 from mrfit.models import bingham, hammerstein_wiener, tanh
 from mrfit.simulate.assembly import assemble
+from mrfit.simulate.at_current import REMEMBERED_SAMPLES, at_current, basis, through
 from mrfit.simulate.current_dependence import (
-    REMEMBERED_SAMPLES,
     CurrentDependence,
-    at_current,
     coefficients,
     expanded,
     orders_of,
-    through,
 )
 
 LOW, HIGH = 0.2, 1.0
@@ -142,17 +140,17 @@ def test_pieces_that_meet_are_continuous_at_the_break_and_pass_through_their_nod
     assert dependence.labels("1:0.2:2:0.7:0") == ["0A", "0.2A", "0.45A", "0.7A"]
     values = np.array([80.0, 200.0, 500.0, 640.0])
     around = np.array([0.2 - 1e-9, 0.2 + 1e-9, 0.7 - 1e-9, 0.7 + 1e-9, 0.7 + 0.3 * share])
-    found = values @ dependence.basis("1:0.2:2:0.7:0", around)
+    found = values @ basis(dependence, "1:0.2:2:0.7:0", around)
     assert found == pytest.approx([200.0, 200.0, 640.0, 640.0, 640.0], rel=1e-6)
-    assert values @ dependence.basis("1:0.2:2:0.7:0", np.array([0.2 * share])) == pytest.approx(80.0 + 120.0 * share)
+    assert values @ basis(dependence, "1:0.2:2:0.7:0", np.array([0.2 * share])) == pytest.approx(80.0 + 120.0 * share)
 
 
 @given(st.integers(1, 4), st.floats(-5, 5), st.floats(0.1, 10))
 def test_values_at_the_nodes_are_the_parameters(order: int, low: float, extent: float) -> None:
     dependence = CurrentDependence((("fy", order),), low, low + extent)
-    basis = dependence.basis(order, dependence.nodes(order))
-    assert np.allclose(basis, np.eye(order + 1), atol=1e-9)
-    between = dependence.basis(order, np.linspace(low, low + extent, 17))
+    rows = basis(dependence, order, dependence.nodes(order))
+    assert np.allclose(rows, np.eye(order + 1), atol=1e-9)
+    between = basis(dependence, order, np.linspace(low, low + extent, 17))
     assert np.allclose(between.sum(axis=0), 1.0)
 
 
@@ -294,10 +292,10 @@ def test_polynomials_of_records_that_are_remembered_are_those_computed_and_canno
     dependence = CurrentDependence((("fy", "1:0.7:2"), ("C_inf", 3)), 0.0, 2.0)
     first, other = np.linspace(-0.5, 2.5, 300), np.linspace(0.0, 2.0, 300)
     for order in ("1:0.7:2", 3):
-        known = [dependence.basis(order, one) for one in (first, other, first)]
+        known = [basis(dependence, order, one) for one in (first, other, first)]
         assert np.array_equal(known[0], known[2]) and not np.array_equal(known[0], known[1])
         # too long to be remembered
-        computed = dependence.basis(order, np.tile(first, REMEMBERED_SAMPLES))
+        computed = basis(dependence, order, np.tile(first, REMEMBERED_SAMPLES))
         assert np.array_equal(computed[:, :300], known[0])
         with pytest.raises(ValueError, match="read-only"):
             known[0][:] = 0.0

@@ -21,7 +21,8 @@ from mrfit.models import bingham, boucwen, polynomial, tanh
 from mrfit.search.cube import cube_of
 from mrfit.search.starts import data_starts, to_points
 from mrfit.simulate.assembly import assemble
-from mrfit.simulate.current_dependence import CurrentDependence, at_current, through
+from mrfit.simulate.at_current import at_current, through
+from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.current_levels import assembly_of, default_orders, dependence_on_current, levels_of, sign_warnings
 from tests.fit.benches import Bench, planted_segments, write_workspace
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from mrfit.core import registry
-from mrfit.core.protocols import HasStep
+from mrfit.core.protocols import HasCurve, HasStep
 from mrfit.core.specs import ModelSpec
 from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import Assembly
@@ -17,7 +17,7 @@ class Effort:
     Attributes
     ----------
     spent
-        Samples of all fits that were judged.
+        Training samples, counted once for each set of effects that a fitter judged.
     left_out
         In words.
     """
@@ -51,11 +51,13 @@ def shape_of_loop(model: str) -> tuple[str, ...]:
 def work_of(assembly: Assembly, samples: int) -> int:
     """Return samples times the numbers of a search, of a law that is stepped from sample to sample; 0 of others.
 
-    Linear parameters are none of these numbers. A loop of which the shape depends on current has no curve along which
-    it could be stepped: it is as slow as a law with a rough response.
+    Linear parameters are none of these numbers. A loop that is stepped along its curve is not where its shape depends
+    on current: then it is as slow as a law with a rough response.
     """
     spec = assembly.spec
     if not is_stepped(spec.name):
         return 0
-    bent = any("@" in n and base_name(n) in shape_of_loop(spec.name) for n in spec.names)
+    law = registry.load("model", spec.name.partition("+")[0])
+    curve = law.SHAPE if isinstance(law, HasCurve) else ()
+    bent = any("@" in n and base_name(n) in curve for n in spec.names)
     return int(samples * (len(spec.params) - len(spec.linear)) * (STANDARD.rough_weight if bent else 1.0))

@@ -79,7 +79,10 @@ def beside_open_law(
     if combined.law_is_open:
         found = with_gap(found, fits.gap, fits.without)
     compared = not examined.not_applicable and (combined.law_may_be_off or bool(chosen.final.effects))
-    if compared and (combined.law_may_be_off or fitter.effort.allows(policy.most_effort_told, "fits of other laws")):
+    if compared and (
+        combined.law_may_be_off
+        or fitter.effort.allows(policy.most_effort_told, "fits of other laws, and what these lack")
+    ):
         slow = slow_laws(fitter, base, dependence, policy)
         laws = other_laws(fitter, base, held, dependence, policy, slow)
         told = worth_telling(laws, policy) if combined.law_may_be_off else better_alone(found, laws, policy)

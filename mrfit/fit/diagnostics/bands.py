@@ -21,7 +21,8 @@ from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
 from mrfit.io.schemas.fit import Band
 from mrfit.search.cube import Cube
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_dependence import CurrentDependence, at_current, expanded
+from mrfit.simulate.at_current import at_current
+from mrfit.simulate.current_dependence import CurrentDependence, expanded
 from mrfit.simulate.current_levels import base_of
 
 Response = Callable[[Array], Array]

@@ -18,6 +18,7 @@ from mrfit.search.cube import Cube
 from mrfit.search.problem import LeastSquaresProblem, SegmentBlock
 from mrfit.search.starts import LevelFit, level_fits, node_names
 from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.at_current import through
 from mrfit.simulate.current_dependence import (
     HIGHEST_ORDER,
     LOG,
@@ -27,7 +28,6 @@ from mrfit.simulate.current_dependence import (
     Order,
     count,
     form_of,
-    through,
 )
 from mrfit.simulate.current_levels import default_orders, level_of, levels_of, usual_form, written
 

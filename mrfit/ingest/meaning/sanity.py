@@ -20,8 +20,14 @@ RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
 FLANK, FLANKS, STRAIGHT_FLANK = 8, 20, 1e-3
 """Least samples of a way between two ends, so many of them, and a bend in their height that is none."""
-CUT_GAP, CUT_GAPS, CUT_SHARE, CUT_CODES = 5, 10, 0.2, 3.0
-"""So many samples or fewer, so often and in so many of all cases, by so many codes noise leaves an end that cuts it."""
+OUTPUTS_WITH_NOISE = ("force", "torque", "acceleration")
+"""Channels that are no commands: these are held at a limit by their controllers."""
+CUT_GAP = 5
+"""Most samples for which noise takes a clipped signal off its limit."""
+CUT_GAPS, CUT_SHARE = 10, 0.2
+"""Fewest times that it does so, and least share of all times that the signal leaves its limit."""
+CUT_DEPTH, CUT_TAIL = 0.2, 2.2
+"""Share of the range by which it usually does so at most, and how much farther at least once: between two codes 2."""
 OUTLIER = 1000.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
@@ -138,7 +144,7 @@ def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> 
         for end in ends:
             at_end = away_from_the_ends(some == end)
             count[end] += int(np.count_nonzero(at_end))
-            if end not in first and _stands(some, at_end, end, ends):
+            if end not in first and _stands(some, at_end, end, ends, name in OUTPUTS_WITH_NOISE):
                 first[end] = begin + int(np.argmax(at_end))
     for end, word in ((ends[1], "highest"), (ends[0], "lowest")):
         if end in first:
@@ -147,8 +153,8 @@ def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> 
             yield Finding("clipped", name, first[end] * dt, text)
 
 
-def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, float]) -> bool:
-    """Whether a signal stands at one of its ends longer than its shape explains."""
+def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, float], noisy: bool) -> bool:
+    """Whether a signal stands at one of its ends longer than its shape explains, or its noise where it is ``noisy``."""
     count = int(np.count_nonzero(at_end))
     if count < max(10, CLIPPED_SHARE * len(values)):
         return False
@@ -156,30 +162,27 @@ def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, fl
     _, counts = np.unique(near, return_counts=True)
     others = counts[:-1] if end == ends[1] else counts[1:]
     # a rounded sine stands on its last level 2.4 times as long as on the next
-    if count <= 6 * int(others.max(initial=1)):
+    if count <= 6 * int(others.max(initial=1)) or longest_run(at_end) < 5:
         return False
-    if _amid_noise(values, at_end, end):
+    if noisy and _amid_noise(values, at_end, end):
         return True
-    if longest_run(at_end) < 5:
-        return False
     flanks = Flanks.of(values, ends)
     return flanks.curved if rectangular(values, ends) else not flanks.straight
 
 
 def _amid_noise(values: Array, at_end: np.ndarray, end: float) -> bool:
-    """Whether a signal leaves its end for a few samples again and again, by more than its converter's codes.
+    """Whether a signal leaves its end for a few samples again and again, as a hold with noise that is cut off.
 
-    Noise on a hold does so where it is cut off. A hold without noise is not left, one that flickers goes to the next
-    code.
+    A hold without noise is not left. One that flickers goes to the next code, a switched one through the range.
     """
     visits = runs(at_end)
-    left = np.stack([visits[:-1, 1], visits[1:, 0]], axis=1)
-    brief = left[np.diff(left)[:, 0] <= CUT_GAP]
-    if len(brief) < CUT_SHARE * len(left) or len(brief) < CUT_GAPS:
+    gaps = np.stack([visits[:-1, 1], visits[1:, 0]], axis=1)
+    brief = gaps[np.diff(gaps)[:, 0] <= CUT_GAP]
+    if len(brief) < max(CUT_GAPS, CUT_SHARE * len(gaps)):
         return False
-    away = np.abs(values[brief[:, 0]] - end)
-    steps = np.diff(np.unique(values))
-    return bool(np.median(away) > CUT_CODES * float(steps.min()))
+    depths = np.concatenate([np.abs(values[first:stop] - end) for first, stop in brief])
+    usual = float(np.median(depths))
+    return bool(depths.max() > CUT_TAIL * usual and usual < CUT_DEPTH * np.ptp(values))
 
 
 @dataclass(frozen=True, slots=True)

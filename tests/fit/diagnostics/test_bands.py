@@ -49,7 +49,7 @@ def test_bands_hold_as_many_draws_of_the_covariance_as_they_say(orders) -> None:
     drawn /= np.sqrt(rng.chisquare(400.0, len(drawn)) / 400.0)[:, None]
     moved = assembly.recipe and bands(assembly, cube, point, uncertainty)
     assert {b.name for b in moved} == {n for n, _ in orders}
-    from mrfit.simulate.current_dependence import at_current
+    from mrfit.simulate.at_current import at_current
     from mrfit.simulate.current_levels import base_of
 
     spec = base_of("tanh").spec
