@@ -137,8 +137,10 @@ def test_the_same_bytes_come_twice_and_a_second_run_does_nothing(tmp_path: Path)
     assert written[0] == written[1]
 
 
-def test_a_stopped_discovery_goes_on_from_its_finished_fits(tmp_path: Path) -> None:
+def test_a_stopped_discovery_goes_on_from_its_finished_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spent: list[int] = []
     whole = workspace(tmp_path / "whole", mass=12.0)
+    monkeypatch.setattr(stage, "_with_plain_errors", lambda job, told, _: spent.append(job.effort.spent) or told)
     run(whole, Settings("tanh"))
     study = workspace(tmp_path / "stopped", mass=12.0)
     seen: list[str] = []
@@ -153,6 +155,9 @@ def test_a_stopped_discovery_goes_on_from_its_finished_fits(tmp_path: Path) -> N
     kept = json.loads((study.root / "discover" / ".partial" / "fits.json").read_text())
     assert [] in [f["effects"] for f in kept["fits"]]
     run(study, Settings("tanh"))
+    # what is left out by the work so far does not depend on where a run began
+    once = sum(s.samples for s in study.read_segments() if s.role == "train")
+    assert len(spent) == 2 and spent[0] == spent[1] > 7 * once
     assert (study.root / "discover" / "discovery.json").read_bytes() == (
         whole.root / "discover" / "discovery.json"
     ).read_bytes()
