@@ -9,9 +9,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.channels import EXCITATIONS
 from mrfit.core.recording import Segment
-from mrfit.discover.policy import STANDARD
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.simulate.current_levels import level_of, levels_of
+
+
+def too_little(segments: Sequence[Segment], policy: Policy) -> str:
+    """Return the lack of the data for any verdict, or an empty string."""
+    training = {s.condition for s in segments if s.role == "train"}
+    if not any(s.role == "holdout" for s in segments):
+        return (
+            f"no held-out condition (conditions: {len(training)}): a verdict needs at least four, or "
+            "`mrfit segment --holdout PATTERN`"
+        )
+    periodic = all(s.cycles and s.drive not in EXCITATIONS.values() for s in segments if s.role == "train")
+    if periodic and len(training) < policy.fewest_training:
+        return (
+            "only one periodic training condition: a missing effect cannot be told from the base; log more conditions"
+        )
+    return ""
 
 
 def with_laws_trained(segments: Sequence[Segment]) -> tuple[list[Segment], str]:

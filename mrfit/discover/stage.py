@@ -1,16 +1,16 @@
 """The discover stage: where simulation and measurement disagree, which effect is missing, and proof that it helps."""
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from threading import Lock
 
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.channels import EXCITATIONS, OUTPUT_ON_MASS
+from mrfit.core.channels import OUTPUT_ON_MASS
 from mrfit.core.progress import Progress, silent
-from mrfit.core.recording import Recording, Segment
+from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.evidence.gather import SimulatedEvidence, gather
@@ -18,7 +18,7 @@ from mrfit.discover.evidence.plain_fit import PLAIN_ERRORS, with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
 from mrfit.discover.evidence.work import Effort, is_stepped, shape_of_loop
-from mrfit.discover.hold_out import with_laws_trained
+from mrfit.discover.hold_out import too_little, with_laws_trained
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection.combine import DECIDED, Floors, may_err, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
@@ -187,22 +187,6 @@ def model_toml(found: DiscoveryFile) -> str:
     return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{driven}{fixed}'
 
 
-def too_little(segments: Sequence[Segment], policy: Policy) -> str:
-    """Return the lack of the data for any verdict, or an empty string."""
-    training = {s.condition for s in segments if s.role == "train"}
-    if not any(s.role == "holdout" for s in segments):
-        return (
-            f"no held-out condition (conditions: {len(training)}): a verdict needs at least four, or "
-            "`mrfit segment --holdout PATTERN`"
-        )
-    periodic = all(s.cycles and s.drive not in EXCITATIONS.values() for s in segments if s.role == "train")
-    if periodic and len(training) < policy.fewest_training:
-        return (
-            "only one periodic training condition: a missing effect cannot be told from the base; log more conditions"
-        )
-    return ""
-
-
 def by_law_of_current(model: str) -> bool:
     """Return whether parameters of a written model reach a current that no test was trained at by a law alone."""
     spec = base_of(model).spec
@@ -266,8 +250,20 @@ class _DependenceChoice:
 
 
 def _discovered(job: _Job) -> DiscoveryOutput:
-    """Return the files of a decision, with an examination by invariances where the law may be off."""
+    """Return the files of a decision, of another one where an examination believes nothing of the first."""
     decided = _decided(job)
+    found, told = decided.judged, _examined(job, decided)
+    taken_back = found.chosen.verdict in DECIDED and told.found.verdict == "unexplained"
+    # a law that is too plain leaves what an effect takes; with a gap it has been tried already
+    if not taken_back or job.settings.current_order != "auto" or _may_err(found):
+        return told
+    alone = replace(decided, judged=replace(found, chosen=replace(found.chosen, final=found.chosen.base)))
+    plain = _with_plain_laws(job, alone)
+    return told if plain is alone else _examined(job, plain)
+
+
+def _examined(job: _Job, decided: _DependenceChoice) -> DiscoveryOutput:
+    """Return the files of a decision, with an examination by invariances where the law may be off."""
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     told = _exact(job, decided)
     if lacking := _not_determined(job, decided):
@@ -353,8 +349,11 @@ def _decided(job: _Job) -> _DependenceChoice:
     if job.settings.current_order != "auto":
         return decided
     if choice is None:
-        return _with_plain_laws(job, _with_bent_laws(job, decided))
-    decided = _with_plain_laws(job, decided)
+        decided = _with_bent_laws(job, decided)
+    if _may_err(decided.judged):
+        decided = _with_plain_laws(job, decided)
+    if choice is None:
+        return decided
     if not choice.by_role:
         decided = _with_laws_by_role(job, decided)
     if choice.errs:
@@ -374,15 +373,16 @@ def _with_laws_by_role(job: _Job, decided: _DependenceChoice) -> _DependenceChoi
     return _with_fewer_names(job.again("usual"), by_role, decided)
 
 
+def _may_err(found: _JudgedDependence) -> bool:
+    return may_err(found.chosen, _floors(found.gathering), STANDARD)
+
+
 def _with_plain_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
-    """Return the decision with bent forces and constant shapes, where laws with effects leave a gap.
+    """Return the decision with bent forces and constant shapes, where these tell more.
 
     Laws that are chosen follow what is missing, or keep to those of their roles, which bend too little. A cubic passes
     through the yield forces of the usual four currents, whatever its law. Shapes of the curve are hardly determined.
     """
-    found = decided.judged
-    if not may_err(found.chosen, _floors(found.gathering), STANDARD):
-        return decided
     laws = usual_dependence(job.settings, job.data)
     if laws is None:
         return decided
@@ -400,10 +400,8 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
     laws = decided.currents.dependence
     if laws is None:
         return decided
-    bent, found = bent_more(laws, job.settings.model), decided.judged
-    # an effect that is a law of current has to leave clearly less where the law may be off
-    doubted = worth_examining(found.chosen, _floors(found.gathering), STANDARD)
-    plainer = _is_plainer(job, found, bent, STANDARD.simpler_error if doubted else 1.0)
+    bent = bent_more(laws, job.settings.model)
+    plainer = _is_plainer(job, decided.judged, bent, 1.0)
     return _with_fewer_names(job.again("bent"), bent, decided) if plainer else decided
 
 

@@ -15,6 +15,7 @@ from mrfit.discover import hold_out
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
 from mrfit.discover.evidence.work import Effort
+from mrfit.discover.hold_out import too_little
 from mrfit.discover.invariance.findings import LawErrors, LawFindings
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.selection import rules
@@ -29,7 +30,7 @@ from mrfit.discover.selection.questions import (
     Repetition,
     Try,
 )
-from mrfit.discover.stage import Settings, too_little, usual_dependence
+from mrfit.discover.stage import Settings, usual_dependence
 from mrfit.discover.writing.regions import Region, beyond_training, in_words
 from mrfit.discover.writing.residual_shape import shape_in_words
 from mrfit.io.dataset import Dataset

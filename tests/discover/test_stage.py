@@ -18,6 +18,7 @@ from mrfit.discover.evidence import plain_fit
 from mrfit.discover.evidence.work import Effort, shape_of_loop
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors
+from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.stage import Currents, Settings, _fitter, run
 from mrfit.discover.writing.result import DiscoveryRequest, insufficient
 from mrfit.errors import ConfigError, DataError
@@ -438,19 +439,17 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
 
 
 @pytest.mark.parametrize(
-    ("errs", "other", "kept"),
+    ("other", "kept"),
     [
         # a yield force that bends more leaves an effect alone, which laws of the roles hid
-        (True, "named at 1.1 stribeck", True),
-        (True, "none at 1.1", True),
-        (True, "unexplained at 1.1", False),
-        (True, "named at 4.1 stribeck", False),
-        # the effects leave nothing
-        (False, "", False),
+        ("named at 1.1 stribeck", True),
+        ("none at 1.1", True),
+        ("unexplained at 1.1", False),
+        ("named at 4.1 stribeck", False),
     ],
 )
-def test_forces_bend_more_and_shapes_stay_constant_where_laws_with_effects_leave_a_gap(
-    errs: bool, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+def test_forces_bend_more_and_shapes_stay_constant_where_these_tell_more(
+    other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Any] = []
 
@@ -460,14 +459,55 @@ def test_forces_bend_more_and_shapes_stay_constant_where_laws_with_effects_leave
 
     by_role = CurrentDependence((("fy", 2), ("a1", 2), ("c", 1)), 0.0, 1.0)
     monkeypatch.setattr(stage, "_judged", judged)
-    monkeypatch.setattr(stage, "_floors", lambda _: Floors(1.0, True))
-    monkeypatch.setattr(stage, "may_err", lambda *_: errs)
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: by_role)
     monkeypatch.setattr(stage, "_started", lambda job, _: job)
     decided = stage._DependenceChoice(decision("unexplained at 4.0"), Currents(CHOSEN))
     found = stage._with_plain_laws(JOB, decided)
-    assert asked == [(("fy", 3), ("c", 1))] * errs
+    assert asked == [(("fy", 3), ("c", 1))]
     assert (found is not decided) == kept
+
+
+@pytest.mark.parametrize(
+    ("first", "told", "errs", "order", "tried"),
+    [
+        # an examination believes nothing of what was named
+        ("named at 1.0 relief-valve", "unexplained", False, "auto", True),
+        ("none at 1.0", "none", False, "auto", False),
+        ("named at 1.0 inertia", "named", False, "auto", False),
+        # a gap, with which plain laws were tried before
+        ("named at 2.6 relief-valve", "unexplained", True, "auto", True),
+        ("unexplained at 2.6", "unexplained", True, "auto", True),
+        # the user's own
+        ("named at 1.0 relief-valve", "unexplained", False, "fy=1", False),
+    ],
+)
+@pytest.mark.parametrize("better", [True, False])
+def test_plain_laws_are_tried_once_where_the_law_may_be_too_plain(
+    first: str, told: str, errs: bool, order: str, tried: bool, better: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Any] = []
+    words: Any = decision(first)
+    chosen = Selection(words.chosen.base, words.chosen.final, words.chosen.final, Any, verdict=words.chosen.verdict)
+    decided = stage._DependenceChoice(stage._JudgedDependence(words.gathering, chosen), Currents(CHOSEN))
+    other = stage._DependenceChoice(decision("none at 0.9"), Currents(BESIDE))
+
+    def with_plain_laws(job: Any, found: Any) -> Any:
+        asked.append(found.judged.chosen.final.holdout)
+        return other if better else found
+
+    def examined(job: Any, found: Any) -> Any:
+        return SimpleNamespace(found=SimpleNamespace(verdict=told if found.judged is decided.judged else "none"))
+
+    monkeypatch.setattr(stage, "current_dependence", lambda *_: decided.currents)
+    monkeypatch.setattr(stage, "_judged", lambda *_: decided.judged)
+    monkeypatch.setattr(stage, "_with_bent_laws", lambda job, found: decided)
+    monkeypatch.setattr(stage, "_may_err", lambda found: errs and found is decided.judged)
+    monkeypatch.setattr(stage, "_with_plain_laws", with_plain_laws)
+    monkeypatch.setattr(stage, "_examined", examined)
+    found = stage._discovered(replace(JOB, settings=Settings("tanh", current_order=order)))
+    # what is not believed takes nothing
+    assert asked == [2.6 if errs else 2.0] * tried
+    assert found.found.verdict == ("none" if tried and better else told)
 
 
 @pytest.mark.parametrize(
@@ -527,24 +567,21 @@ class BentLaws(LawsByRole):
 
 
 @pytest.mark.parametrize(
-    ("first", "doubted", "bent", "other", "kept"),
+    ("first", "bent", "other", "kept"),
     [
         # the law of a moving current was too plain: no effect leaves less than one that bends more
-        ("named at 1.05 current-saturation", False, 1.04, "none at 1.04", True),
-        ("named at 1.05 current-saturation", False, 1.06, "", False),
-        # where the law may be off it has to leave clearly less
-        ("named at 1.05 current-saturation", True, 1.06, "none at 1.06", True),
-        ("named at 1.05 current-saturation", True, 1.11, "", False),
+        ("named at 1.05 current-saturation", 1.04, "none at 1.04", True),
+        ("named at 1.05 current-saturation", 1.06, "", False),
         # the decision with it is open, or has as many effects
-        ("named at 1.05 current-saturation", False, 1.04, "unexplained at 1.04", False),
-        ("named at 1.05 current-saturation", False, 1.04, "named at 1.04 inertia", False),
+        ("named at 1.05 current-saturation", 1.04, "unexplained at 1.04", False),
+        ("named at 1.05 current-saturation", 1.04, "named at 1.04 inertia", False),
         # no effect was named that is such a law
-        ("named at 1.05 inertia", False, 1.04, "", False),
-        ("unexplained at 4.0", False, 1.04, "", False),
+        ("named at 1.05 inertia", 1.04, "", False),
+        ("unexplained at 4.0", 1.04, "", False),
     ],
 )
 def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_that_leaves_no_less(
-    first: str, doubted: bool, bent: float, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+    first: str, bent: float, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Any] = []
 
@@ -553,8 +590,6 @@ def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_
         return decision(other, fitter=BentLaws(error=bent))
 
     monkeypatch.setattr(stage, "_judged", judged)
-    monkeypatch.setattr(stage, "_floors", lambda _: Floors(1.0, True))
-    monkeypatch.setattr(stage, "worth_examining", lambda *_: doubted)
     plain = CurrentDependence((("fy", 1), ("c", 1)), 0.0, 2.0)
     decided = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(plain))
     found = stage._with_bent_laws(JOB, decided)
