@@ -43,6 +43,7 @@ def read_discovery(content: Mapping[str, object]) -> dict[str, object]:
         "after": gap.get("after"),
         "closed": gap.get("closed"),
         "advice": content.get("advice", []),
+        "left_out": content.get("left_out", []),
         "values": {
             f"{e['name']}.{p['name']}": p["value"]
             for e in effects

@@ -7,6 +7,7 @@ from benchmarks.second_rig.coil import Coil, drive_coil
 from benchmarks.second_rig.contrast import unabsorbed
 from benchmarks.second_rig.laws import LAWS, travel_memory
 from benchmarks.second_rig.motions import FINE_RATE, WAVES, make_motion
+from benchmarks.second_rig.page import page
 from benchmarks.second_rig.physics import lag, remanence
 from benchmarks.second_rig.score import score
 from benchmarks.second_rig.specimen import make_specimen
@@ -82,3 +83,16 @@ def test_a_case_is_always_the_same() -> None:
 )
 def test_score(truth: dict[str, object], verdict: str, names: list[str], outcome: str) -> None:
     assert score(truth, {"verdict": verdict, "names": names}) == outcome
+
+
+def test_the_page_of_a_campaign_counts_outcomes_nulls_and_long_cases() -> None:
+    row = {"case": "a", "seed": 7, "kind": "valves", "hidden": {"relief": {"contrast": 3.0}}, "outcome": "right"}
+    row |= {"base": "tanh", "waves": ["road"], "commands": ["constant"], "fault": "none", "processor_time": 10.0}
+    rows = [row] * 3 + [row | {"outcome": "wrong", "case": "b", "processor_time": 70.0, "names": ["delay"]}]
+    rows += [row | {"kind": "null", "hidden": {}, "outcome": "null-called", "processor_time": 80.0, "left_out": ["x"]}]
+    text = page(rows)
+    assert "| right | ≥ 88 % | 60.0 % (3/5; 95 %: 14.7 to 94.7) |" in text
+    assert "| wrong name | ≤ 1 % | 20.0 % (1/5;" in text and "| nulls called anything | ≤ 2 % | 100.0 % (1/1;" in text
+    assert "| least of a kind: right | ≥ 75 % | 0 % (null) |" in text
+    assert "10 s / 80 s" in text and "| – / none | 2 / 1 |" in text
+    assert "- `b` wrong (tanh" in text and text.count("- `a`") == 1
