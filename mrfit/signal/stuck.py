@@ -14,8 +14,10 @@ FEWEST_JUDGED = 100
 """A shorter channel is not judged."""
 STUCK, LONGER = 20, 5.0
 """Steps of a run of one number, and how many times longer than other runs it is."""
-NEVER_BY_CHANCE, TURNING = 8, 0.3
-"""Steps of such a run where hardly two neighbours are alike, and least share of bends in noise that follow another."""
+NEVER_BY_CHANCE, ALIKE = 8, 0.008
+"""Steps of such a run where hardly two neighbours are alike, and share of all steps at which a few may be."""
+TURNING = 0.3
+"""Least share of bends in noise that follow another."""
 MOST_CODES = 2.0**32
 """Codes over which no converter steps."""
 WHOLE_CODE = 0.01
@@ -57,7 +59,8 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
     lengths = stop - first
     bends = np.diff(values, 2)
     noisy = not code and float(np.mean(bends[1:] * bends[:-1] < 0.0)) > TURNING
-    certain = noisy and _usual(lengths, NEVER_BY_CHANCE) <= 1.0
+    short = lengths[lengths < NEVER_BY_CHANCE]
+    certain = noisy and (_usual(short) <= 1.0 or int(short.sum()) <= ALIKE * len(still))
     fewest = NEVER_BY_CHANCE if certain else STUCK
     long = np.flatnonzero(lengths >= fewest)
     elsewhere = len(still) - int(lengths[long].sum())
@@ -65,7 +68,7 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
         return []
     step = float(np.percentile(np.abs(np.diff(values))[~still], 99.5))
     found = []
-    for k in long[lengths[long] >= LONGER * _usual(lengths, fewest)]:
+    for k in long if certain else long[lengths[long] >= LONGER * _usual(lengths[lengths < STUCK])]:
         begin, end = int(first[k]), int(stop[k]) + 1
         level = float(np.median(values[begin:end]))
         off = abs(level) <= code and name in ELECTRICAL
@@ -82,10 +85,9 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
     return found
 
 
-def _usual(lengths: np.ndarray, fewest: int) -> float:
-    """Return the usual length of runs of less than ``fewest`` steps: nine of ten are no longer."""
-    short = lengths[lengths < fewest]
-    return float(np.percentile(short, 90.0)) if len(short) else 1.0
+def _usual(lengths: np.ndarray) -> float:
+    """Return the usual length of runs, of which nine of ten are no longer; 1 where there are none."""
+    return float(np.percentile(lengths, 90.0)) if len(lengths) else 1.0
 
 
 def _returns_to(values: Array, level: float, rows: slice) -> bool:

@@ -42,6 +42,19 @@ def test_several_runs_are_found_each() -> None:
     assert rows(values) == [(800, 840), (2200, 2260)]
 
 
+def test_a_shorter_run_beside_it_hides_none() -> None:
+    values = stuck(stuck(moving(), 800, NEVER_BY_CHANCE - 1), 2200, 60)
+    assert rows(stuck(values, FIRST, 19)) == [(FIRST, FIRST + 19), (2200, 2260)]
+
+
+@pytest.mark.parametrize(("times", "found"), [(4, True), (6, False)])
+def test_a_run_is_none_that_a_rest_may_make_where_neighbours_are_alike_for_long(times: int, found: bool) -> None:
+    values = moving()
+    for first in np.linspace(100, FIRST - 100, times).astype(int):
+        values[first : first + 6] = values[first]
+    assert rows(stuck(values, FIRST, 15)) == [(FIRST, FIRST + 15)] * found
+
+
 def test_a_channel_without_noise_has_to_stand_longer_and_to_jump_or_to_be_left_alone() -> None:
     smooth = moving(0.0)
     assert rows(stuck(smooth, FIRST, STUCK - 2)) == []
