@@ -307,7 +307,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     ),
     "clearly_above": (left(1.3, 0.5), left(1.2, 0.5)),
     "structure": (left(3.0, 0.16), left(3.0, 0.14)),
-    "beyond_any_colour": (left(8.1, 0.0), left(7.9, 0.0)),
+    "beyond_any_colour": (left(3.1, 0.0), left(2.9, 0.0)),
     "fewest_records": (follows(5, 2.0, 4.0), follows(4, 2.0, 4.0)),
     "power_ratio": (follows(6, 1.4, 4.0), follows(6, 1.3, 4.0)),
     "power_clear": (follows(6, 2.0, 2.1), follows(6, 2.0, 1.9)),
