@@ -125,7 +125,7 @@ def thin_problem(
     assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
     thin = replace(posed, blocks=thinned(posed.blocks), assembly=assembly)
     thin = shortened(thin, points, LEAD_CHANGE_ROUGH, LEADS)
-    projection = projection_of(thin)
+    projection = projection_of(thin, points)
     # a small budget is not enough for a point with its best linear parameters on either data
     few = projection is not None and budget < 2 * (len(projection.moving) + 1)
     return thin, None if few else projection

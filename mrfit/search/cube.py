@@ -39,10 +39,10 @@ class Cube:
         start: Array = self.to_points(np.array([[p.start for p in self.params]]))[0]
         return start
 
-    def probes(self) -> Array:
-        """Return two points (2, F) at which to try what a model is like: the start, and one off middle and bounds."""
-        inside = (np.arange(1, len(self.free) + 1) * GOLDEN_FRACTION) % 1.0
-        return np.stack([self.start, inside])
+    def probes(self, inside: int = 1) -> Array:
+        """Return points (1 + I, F) at which to try what a model is like: the start, and some off middle and bounds."""
+        places = np.arange(1, inside * len(self.free) + 1) * GOLDEN_FRACTION % 1.0
+        return np.vstack([self.start[None, :], places.reshape(inside, len(self.free))])
 
     def to_theta(self, points: Array) -> Array:
         """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""

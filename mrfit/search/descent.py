@@ -60,7 +60,7 @@ class Descent(Strategy):
         if self.shortens:
             posed = without_forgotten(posed, starts, coarse_to_fine.LEAD_CHANGE_ROUGH)
         at = self.thinned(posed, starts)
-        projection = projection_of(at)
+        projection = projection_of(at, starts)
         for damping in (multistart.FIRST_DAMPING, multistart.LAST_DAMPING):
             before = links[0].evaluations if links else 0
             if links:

@@ -31,7 +31,7 @@ def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> Sea
     ended = way.restored(outcome)
     if not np.isfinite(outcome.cost) or way.inside(outcome.point):
         return ended
-    projection = projection_of(replace(posed, blocks=coarse_to_fine.thinned(posed.blocks)))
+    projection = projection_of(replace(posed, blocks=coarse_to_fine.thinned(posed.blocks)), ended.point[None, :])
     return coarse_to_fine.refine_on_all_data(
         posed, coarse_to_fine.ThinnedSearch(ended, ended.point[None, :], projection), run
     )

@@ -32,7 +32,7 @@ def posed(model: str, conditions: int = 1) -> LeastSquaresProblem:
 
 
 def projection(at: LeastSquaresProblem) -> Projection:
-    found = projection_of(at)
+    found = projection_of(at, at.cube.probes())
     assert found is not None
     return found
 
@@ -128,7 +128,7 @@ def test_residuals_are_those_of_the_whole_model_whatever_an_effect_does(base: st
     blocks = [replace(b, drive=np.vstack([b.drive, *rows])) for b in at.blocks]
     whole = replace(at, blocks=blocks, assembly=assembly, cube=cube_of(assembly.spec, {}, {}, {}))
     rng = np.random.default_rng(0)
-    own = projection_of(whole)
+    own = projection_of(whole, whole.cube.probes())
     if own is None:
         assert bend_over_linear_parameters(whole, rng) > 1e-6
         return
@@ -207,7 +207,19 @@ def test_an_effect_that_bends_the_output_leaves_no_parameter_linear() -> None:
     for name, affine in (("boucwen-flux", True), ("boucwen-flux+saturation", False)):
         assembly = assemble(name)
         at = LeastSquaresProblem(group.search, np.ones(1), assembly, cube_of(assembly.spec, {}, {}, {}))
-        assert (projection_of(at) is not None) == affine
+        assert (projection_of(at, at.cube.probes()) is not None) == affine
+
+
+def test_a_valve_that_is_closed_at_nearly_all_places_leaves_no_parameter_linear() -> None:
+    """The force at which it opens has six decades, and the share that it relieves is neutral at the start."""
+    at = posed("bingham")
+    assembly = assemble("bingham+relief-valve")
+    still = np.zeros(at.blocks[0].drive.shape[1])
+    blocks = [replace(b, drive=np.vstack([b.drive, still])) for b in at.blocks]
+    for start in ({}, {"relief-valve.r_p": 0.3, "relief-valve.F_o": 40.0}):
+        cube = cube_of(assembly.spec, {}, start, {})
+        valve = replace(at, blocks=blocks, assembly=assembly, cube=cube)
+        assert projection_of(valve, cube.start[None, :]) is None
 
 
 def test_a_wrong_mark_is_found_out() -> None:
@@ -222,4 +234,4 @@ def test_a_wrong_mark_is_found_out() -> None:
         at = LeastSquaresProblem(
             [block(drive, drive[0])], np.ones(1), replace(assembly, spec=marked, simulate=simulate), cube
         )
-        assert (projection_of(at) is not None) == affine
+        assert (projection_of(at, at.cube.probes()) is not None) == affine
