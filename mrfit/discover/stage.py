@@ -320,7 +320,7 @@ def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
     quick = [a for a in near if samples * (STANDARD.rough_weight if a.rough else 1) <= STANDARD.most_samples_again]
     if not quick:
         return told
-    if not job.effort.allows(STANDARD.most_effort, "what another base lacks"):
+    if not job.effort.allows(STANDARD.most_effort_told, "what another base lacks"):
         return told
     law = min(quick, key=lambda assembly: len(assembly.spec.params)).spec.name
     settings = replace(job.settings, model=law, current_order="auto", start=())

@@ -319,7 +319,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "as_fast": (beside_one_current(1.4), beside_one_current(1.6)),
     # a law that is not stepped is no work
     "most_work": (slow("boucwen", 20_000), slow("tanh", 20_000)),
-    "most_effort": (allowed("most_effort", 900_000), allowed("most_effort", 900_001)),
+    "most_effort": (allowed("most_effort", 2_000_000), allowed("most_effort", 2_000_001)),
     "most_effort_told": (allowed("most_effort_told", 400_000), allowed("most_effort_told", 400_001)),
     "extrapolates": (
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.2)), p)),
