@@ -45,7 +45,7 @@ from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
-from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
+from mrfit.simulate.current_dependence import HIGHEST_ORDER, CurrentDependence, base_name, orders_of
 from mrfit.simulate.current_levels import (
     OUTPUTS,
     base_of,
@@ -388,7 +388,7 @@ def _with_plain_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice
         return decided
     roles = {p.name: p.role for p in base_of(job.settings.model).spec.params}
     forces = replace(laws, orders=tuple((n, o) for n, o in laws.orders if roles[n] in ("yield", "viscous")))
-    currents = Currents(bent_more(forces, job.settings.model), decided.currents.choice)
+    currents = Currents(bent_more(forces, job.settings.model, job.data), decided.currents.choice)
     return _better_decided(job.again("plain"), currents, decided)
 
 
@@ -400,7 +400,7 @@ def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
     laws = decided.currents.dependence
     if laws is None:
         return decided
-    bent = bent_more(laws, job.settings.model)
+    bent = bent_more(laws, job.settings.model, job.data)
     plainer = _is_plainer(job, decided.judged, bent, 1.0)
     return _with_fewer_names(job.again("bent"), bent, decided) if plainer else decided
 
@@ -534,10 +534,12 @@ def current_dependence(
     return Currents(usual_dependence(settings, data))
 
 
-def bent_more(laws: CurrentDependence, model: str) -> CurrentDependence:
-    """Return laws of current with that of the yield force of one order more."""
+def bent_more(laws: CurrentDependence, model: str, data: Dataset) -> CurrentDependence:
+    """Return laws of current with that of the yield force of one order more, where the tests determine it."""
     yields = {p.name for p in base_of(model).spec.params if p.role == "yield"}
-    orders = tuple((n, o + 1 if n in yields and isinstance(o, int) else o) for n, o in laws.orders)
+    currents = tested_currents(data.segments, data.recordings)
+    most = HIGHEST_ORDER if currents.varying else len(currents.levels) - 1
+    orders = tuple((n, o + 1 if n in yields and isinstance(o, int) and o < most else o) for n, o in laws.orders)
     return replace(laws, orders=orders)
 
 

@@ -28,6 +28,7 @@ from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, plain, write_json
 from mrfit.report.explain import sentences
+from mrfit.simulate import current_levels
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
@@ -461,6 +462,9 @@ def test_forces_bend_more_and_shapes_stay_constant_where_these_tell_more(
     monkeypatch.setattr(stage, "_judged", judged)
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: by_role)
     monkeypatch.setattr(stage, "_started", lambda job, _: job)
+    monkeypatch.setattr(
+        stage, "tested_currents", lambda *_: current_levels.TestedCurrents([0.0, 0.3, 0.6, 1.0], [], 0.0, 1.0)
+    )
     decided = stage._DependenceChoice(decision("unexplained at 4.0"), Currents(CHOSEN))
     found = stage._with_plain_laws(JOB, decided)
     assert asked == [(("fy", 3), ("c", 1))]
@@ -590,9 +594,23 @@ def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_
         return decision(other, fitter=BentLaws(error=bent))
 
     monkeypatch.setattr(stage, "_judged", judged)
+    monkeypatch.setattr(stage, "tested_currents", lambda *_: current_levels.TestedCurrents([], [np.zeros(9)], 0.0, 1.0))
     plain = CurrentDependence((("fy", 1), ("c", 1)), 0.0, 2.0)
     decided = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(plain))
     found = stage._with_bent_laws(JOB, decided)
     assert (found is not decided) == kept and asked == [(("fy", 2), ("c", 1))] * bool(other)
     constant = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(None))
     assert stage._with_bent_laws(JOB, constant) is constant
+
+
+@pytest.mark.parametrize(
+    ("levels", "moves", "order", "bent"),
+    [(2, False, 1, 1), (3, False, 1, 2), (3, False, 2, 2), (4, False, 2, 3), (0, True, 2, 3), (2, True, 4, 4)],
+)
+def test_a_yield_force_bends_no_more_than_the_tests_determine(
+    levels: int, moves: bool, order: int, bent: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tested = current_levels.TestedCurrents([float(k) for k in range(levels)], [np.zeros(9)] * moves, 0.0, 1.0)
+    monkeypatch.setattr(stage, "tested_currents", lambda *_: tested)
+    laws = CurrentDependence((("fy", order), ("c", 1), ("a1", "log1")), 0.0, 1.0)
+    assert stage.bent_more(laws, "tanh", JOB.data).orders == (("fy", bent), ("c", 1), ("a1", "log1"))
