@@ -390,7 +390,7 @@ def test_what_may_be_noise_is_not_held_against_effects() -> None:
 def test_an_error_far_above_a_floor_that_was_measured_is_no_noise_of_another_colour() -> None:
     assert left(2.6, 0.0, measured=True)(STANDARD)
     assert not left(2.4, 0.0, measured=True)(STANDARD)
-    assert not left(7.9, 0.0)(STANDARD)
+    assert not left(2.9, 0.0)(STANDARD)
 
 
 @pytest.mark.parametrize(("told", "verdict"), [(True, "unexplained"), (False, "none")])
