@@ -196,7 +196,7 @@ def stencil(point: Array) -> Stencil:
 
 def stride_of(bench: Bench) -> int:
     """Return the training samples for each one that is looked at."""
-    return -(-sum(s.segment.samples for s in bench.of_role("train")) // RIVAL_SAMPLES)
+    return -(-bench.samples("train") // RIVAL_SAMPLES)
 
 
 def errors_of(bench: Bench, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:

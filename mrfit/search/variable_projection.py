@@ -25,8 +25,8 @@ MORE_SAMPLES = 1280
 LEAST_START = 1e-5
 # A response is taken as affine where it agrees with its linear prediction within this share
 AFFINE = 1e-7
-# Places in the cube, beside the start, at which it has to agree, and how many of all points have to be simulated
-PROBED, SIMULATED_PROBES = 6, 2
+# Places in the cube, beside the start, at which it has to agree
+PROBED = 6
 
 
 class ProjectedPoints(NamedTuple):
@@ -224,20 +224,27 @@ class Projection:
         An effect that sets in somewhere, as a valve does above a force, is affine wherever it has not. That may be at
         most places in the cube.
         """
-        start, steps = self._ranges[:2]
-        probes = self.cube.probes(PROBED)
+        error, most = self._departure(self._probed)
+        if not np.all(error <= most):
+            return False
+        further = self.cube.probes(PROBED)[len(error) :]
         with np.errstate(all="ignore"):
-            solved = self.solve(np.vstack([probes, self.reduced(points)]))
-            shares = np.linspace(0.3, 0.7, len(steps))
+            error, most = self._departure(self.solve(np.vstack([further, self.reduced(points)])))
+        # what cannot be simulated far inside tells nothing
+        return not np.any(np.isfinite(error) & ~(error <= most))
+
+    def _departure(self, solved: ProjectedPoints) -> tuple[Array, Array]:
+        """Return the error of the linear prediction at solved points and the most that rounding may make, (P,) each."""
+        start, steps = self._ranges[:2]
+        shares = np.linspace(0.3, 0.7, len(steps))
+        with np.errstate(all="ignore"):
             weights = shares - (solved.theta[:, self.linear] - start) / steps
             predicted = solved.residuals + np.matmul(weights[:, None, :], solved.basis)[:, 0]
             theta = solved.theta.copy()
             theta[:, self.linear] = start + shares * steps
             error = np.abs(self.posed.of_theta(theta) - predicted).max(axis=1)
             size = np.abs(predicted).max(axis=1) + np.abs(solved.basis).max(axis=(1, 2))
-        # what cannot be simulated far inside tells nothing
-        told = np.isfinite(error) | (np.arange(len(error)) < SIMULATED_PROBES)
-        return bool(np.all(error[told] <= AFFINE * size[told]))
+            return error, AFFINE * size
 
     def vanishes(self, last: Index) -> bool:
         """Return whether the response vanishes with the linear parameters; some (V,) have to have starts."""

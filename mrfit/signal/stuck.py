@@ -68,7 +68,9 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
         return []
     step = float(np.percentile(np.abs(np.diff(values))[~still], 99.5))
     found = []
-    for k in long if certain else long[lengths[long] >= LONGER * _usual(lengths[lengths < STUCK])]:
+    if not certain:
+        long = long[lengths[long] >= LONGER * _usual(lengths[lengths < STUCK])]
+    for k in long:
         begin, end = int(first[k]), int(stop[k]) + 1
         level = float(np.median(values[begin:end]))
         off = abs(level) <= code and name in ELECTRICAL

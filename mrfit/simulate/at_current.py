@@ -53,21 +53,15 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
         column += count(order)
         if not order:
             result[k] = nodes[:, 0]
-        elif logarithmic(spec, p, order):
-            result[k] = np.exp(_combined(np.log(nodes), bases[order]))
+            continue
+        is_log = logarithmic(spec, p, order)
+        combine(np.ascontiguousarray(np.log(nodes) if is_log else nodes), bases[order], result[k])
+        if is_log:
+            np.exp(result[k], out=result[k])
         elif p.low > 0.0 and p.name not in spec.linear:
             # between its nodes a polynomial may leave the bounds, outside which a simulation may diverge
-            result[k] = np.clip(_combined(nodes, bases[order]), p.low, p.high)
-        else:
-            result[k] = _combined(nodes, bases[order])
+            np.clip(result[k], p.low, p.high, out=result[k])
     return result[:, :, 0].T.copy() if constant else np.swapaxes(result, 0, 1)
-
-
-def _combined(nodes: Array, polynomials: Array) -> Array:
-    """Return the sum over nodes (P, Q, N or 1) of each times its polynomial (Q, N), term by term: shape (P, N)."""
-    total = np.empty((len(nodes), polynomials.shape[1]))
-    combine(np.ascontiguousarray(nodes), polynomials, total)
-    return total
 
 
 def basis(dependence: CurrentDependence, order: Order, current: Array) -> Array:
@@ -84,10 +78,8 @@ def _basis(order: Order, low: float, high: float, current: Array) -> Array:
     for piece in pieces_between(order, low, high):
         # the first piece reaches down to the range's end, every other to above the break
         inside = (held <= piece.high) & ((held > piece.low) | (piece.low == low))
-        nodes, at = (coordinate(i, ends, form) for i in (piece.nodes, held[inside]))
-        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = polynomials(
-            np.ascontiguousarray(nodes), np.ascontiguousarray(at)
-        )
+        nodes, at = (plain(coordinate(i, ends, form)) for i in (piece.nodes, held[inside]))
+        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = polynomials(nodes, at)
     return rows
 
 

@@ -3,15 +3,17 @@
 import ast
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from mrfit.core.progress import silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
-from mrfit.discover import hold_out
+from mrfit.discover import hold_out, stage
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
 from mrfit.discover.evidence.work import Effort
@@ -33,8 +35,10 @@ from mrfit.discover.selection.questions import (
 from mrfit.discover.stage import Settings, usual_dependence
 from mrfit.discover.writing.regions import Region, beyond_training, in_words
 from mrfit.discover.writing.residual_shape import shape_in_words
+from mrfit.discover.writing.result import DiscoveryRequest
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.discovery import BrokenInvariance, EffectSignificance, InvariantEffect, Look, OtherLaw
+from mrfit.io.workspace import Workspace
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_policy import ROOM, thresholds_read
 from tests.discover.test_regions import bench as bench_of_currents
@@ -173,15 +177,29 @@ def of_parameters(count: int) -> Rule:
 
 def slow(base: str, samples: int) -> Rule:
     """Whether Spencer's law is too much work beside a base."""
-    own = [SimpleNamespace(segment=SimpleNamespace(samples=samples))]
-    bench = SimpleNamespace(channels={"displacement", "velocity"}, of_role=lambda role: own)
+    bench = SimpleNamespace(channels={"displacement", "velocity"}, samples=lambda role: samples)
     fitter, fit = SimpleNamespace(base=base, bench=bench), SimpleNamespace(assembly=assemble(base))
     return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)
 
 
-def allowed(threshold: str, spent: int) -> Rule:
-    """Whether more may be done after so much work."""
-    return lambda p: Effort(spent).allows(getattr(p, threshold), "more")
+def after_work(spent: int, done: Callable[[Any], bool]) -> Rule:
+    """Whether the stage does something in a discovery after so much work."""
+    asked = DiscoveryRequest("boucwen", 0, "", "k")
+    job = stage._Job(Workspace(Path()), Settings("boucwen"), Dataset([], {}), asked, silent, Effort(spent))
+
+    def fires(policy: Policy) -> bool:
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(stage, "STANDARD", policy)
+            patched.setattr(stage, "with_plain_errors", lambda found, *_: f"{found} with errors")
+            return done(job)
+
+    return fires
+
+
+def states_plain_errors(job: Any) -> bool:
+    """Return whether the plain errors of a discovery are stated."""
+    told: Any = stage.DiscoveryOutput("found")  # type: ignore[arg-type]
+    return bool(stage._with_plain_errors(job, told, job.data) != told)
 
 
 def beside_one_current(slower: float) -> Rule:
@@ -319,8 +337,11 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "as_fast": (beside_one_current(1.4), beside_one_current(1.6)),
     # a law that is not stepped is no work
     "most_work": (slow("boucwen", 20_000), slow("tanh", 20_000)),
-    "most_effort": (allowed("most_effort", 2_000_000), allowed("most_effort", 2_000_001)),
-    "most_effort_told": (allowed("most_effort_told", 400_000), allowed("most_effort_told", 400_001)),
+    "most_effort": (
+        after_work(2_000_000, lambda job: job.decides_again()),
+        after_work(2_000_001, lambda job: job.decides_again()),
+    ),
+    "most_effort_told": (after_work(400_000, states_plain_errors), after_work(400_001, states_plain_errors)),
     "extrapolates": (
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.2)), p)),
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.05)), p)),

@@ -118,6 +118,10 @@ class Bench:
         """Return the segments that are fitted (``train``) or held out (``holdout``)."""
         return [s for s in self.stretches if s.segment.role == role]
 
+    def samples(self, role: str) -> int:
+        """Return the samples of the segments of a role."""
+        return sum(s.segment.samples for s in self.of_role(role))
+
     def most_noise(self, role: str) -> float:
         """Return the most that the noise of a role can be, in multiples of its floors: 1 where these are known."""
         stretches = self.of_role(role)

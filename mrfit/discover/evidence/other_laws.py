@@ -26,7 +26,7 @@ Dependence = Callable[[str], CurrentDependence | None]
 
 def slow_laws(fitter: Fitter, base: Refit, dependence: Dependence, policy: Policy) -> tuple[str, ...]:
     """Return the other bases that are too much work beside the base's own."""
-    samples = sum(s.segment.samples for s in fitter.bench.of_role("train"))
+    samples = fitter.bench.samples("train")
     own = work_of(base.assembly, samples)
     names = candidates(fitter, base.assembly.spec.output, policy)
     return tuple(n for n in names if own + work_of(assemble(n, dependence(n)), samples) > policy.most_work)

@@ -287,8 +287,7 @@ class Fitter:
     @property
     def stride(self) -> int:
         """Samples of training data for each one that screening looks at."""
-        total = sum(s.segment.samples for s in self.bench.of_role("train"))
-        return max(1, -(-total // STANDARD.screened_samples))
+        return max(1, -(-self.bench.samples("train") // STANDARD.screened_samples))
 
     def residuals(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
         """Return the map from points (P, F) to training errors in multiples of the noise floor (P, N)."""
@@ -302,7 +301,7 @@ class Fitter:
 
     def _judged(self, key: tuple[str, ...], assembly: Assembly, cube: Cube, point: Array) -> Refit:
         if key not in self.judged:
-            self.effort.spent += sum(s.segment.samples for s in self.bench.of_role("train"))
+            self.effort.spent += self.bench.samples("train")
         if key not in self.judged or not np.array_equal(self.judged[key].point, point):
             self.judged[key] = self._judge(key, assembly, cube, point)
         return self.judged[key]

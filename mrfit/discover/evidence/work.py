@@ -1,6 +1,7 @@
 """Work by its size, not by the clock: what a discovery leaves out is the same on every machine."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from mrfit.core import registry
 from mrfit.core.protocols import HasCurve, HasStep
@@ -36,7 +37,7 @@ class Effort:
 
 def is_stepped(model: str) -> bool:
     """Return whether the law of a written model is stepped from sample to sample."""
-    return isinstance(registry.load("model", model.partition("+")[0]), HasStep)
+    return isinstance(_law(model), HasStep)
 
 
 def shape_of_loop(model: str) -> tuple[str, ...]:
@@ -44,8 +45,12 @@ def shape_of_loop(model: str) -> tuple[str, ...]:
 
     A discovery then takes 50 times as long, and what bends a loop with the current may be what is missing.
     """
-    spec: ModelSpec = registry.load("model", model.partition("+")[0]).SPEC
+    spec: ModelSpec = _law(model).SPEC
     return tuple(p.name for p in spec.params if p.role == "hysteresis") if is_stepped(model) else ()
+
+
+def _law(model: str) -> Any:
+    return registry.load("model", model.partition("+")[0])
 
 
 def work_of(assembly: Assembly, samples: int) -> int:
@@ -54,10 +59,9 @@ def work_of(assembly: Assembly, samples: int) -> int:
     Linear parameters are none of these numbers. A loop that is stepped along its curve is not where its shape depends
     on current: then it is as slow as a law with a rough response.
     """
-    spec = assembly.spec
-    if not is_stepped(spec.name):
+    spec, law = assembly.spec, _law(assembly.spec.name)
+    if not isinstance(law, HasStep):
         return 0
-    law = registry.load("model", spec.name.partition("+")[0])
     curve = law.SHAPE if isinstance(law, HasCurve) else ()
     bent = any("@" in n and base_name(n) in curve for n in spec.names)
     return int(samples * (len(spec.params) - len(spec.linear)) * (STANDARD.rough_weight if bent else 1.0))
