@@ -44,6 +44,7 @@ from mrfit.io.schemas.reading import reusable
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.settings.discover import Settings as Settings
+from mrfit.signal.output_floor import SAME_FLOOR_RATIO
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import HIGHEST_ORDER, CurrentDependence, base_name, orders_of
 from mrfit.simulate.current_levels import (
@@ -490,23 +491,46 @@ def _is_plainer(job: _Job, found: _JudgedDependence, laws: CurrentDependence | N
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:
-    """Gather evidence with a dependence of the base on current, and select; refits are kept under the job's key."""
-    settings, data = job.settings, job.data
+    """Gather evidence with a dependence of the base on current, and select; refits are kept under the job's key.
+
+    A fit that leaves less than the noise floors shows that these are too high. With lower ones it is selected again.
+    """
     fitter = _fitter(job, dependence)
+    base = _based(job, fitter)
+    if any(not s.noise.known for s in fitter.bench.stretches) or _is_below_floors(base):
+        fitter = _with_residual_floors(fitter, base, job.data.recordings)
+        base = _based(job, fitter)
+    found = _selected(job, fitter, base)
+    final = found.gathering.refit_of(found.chosen.final)
+    if not final.effects or not _is_below_floors(final) or not job.decides_again():
+        return found
+    job = job.again("lower floors")
+    kept = _fitter(job, dependence)
+    fitter = replace(_with_residual_floors(fitter, final, job.data.recordings), known=kept.known, keep=kept.keep)
+    return _selected(job, fitter, _based(job, fitter))
+
+
+def _based(job: _Job, fitter: Fitter) -> Refit:
     job.progress("base fit", 0, 1)
-    base = fitter.first(settings.seed)
-    if any(not s.noise.known for s in fitter.bench.stretches):
-        fitter = _with_residual_floors(fitter, base, data.recordings)
-        base = fitter.first(settings.seed)
+    base = fitter.first(job.settings.seed)
     job.progress("base fit", 1, 1)
-    effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
-    gathering = SimulatedEvidence(fitter, base, effects, STANDARD, settings.seed, job.progress)
+    return base
+
+
+def _selected(job: _Job, fitter: Fitter, base: Refit) -> _JudgedDependence:
+    effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in job.settings.model.split("+")]
+    gathering = SimulatedEvidence(fitter, base, effects, STANDARD, job.settings.seed, job.progress)
     return _JudgedDependence(gathering, select(gather(gathering, STANDARD), STANDARD))
 
 
-def _with_residual_floors(fitter: Fitter, base: Refit, recordings: Mapping[str, Recording]) -> Fitter:
-    """Return the fitter with the noise floors that the base's residual tells; its own fit has to be made again."""
-    errors = {role: iter(found) for role, found in (("train", base.train), ("holdout", base.holdout))}
+def _is_below_floors(fit: Refit) -> bool:
+    """Return whether a fit leaves less than the noise floors of a role."""
+    return min(fit.chi("train"), fit.chi("holdout")) < 1.0 / SAME_FLOOR_RATIO
+
+
+def _with_residual_floors(fitter: Fitter, fit: Refit, recordings: Mapping[str, Recording]) -> Fitter:
+    """Return the fitter with the noise floors that a fit's residual tells; the base has to be fitted again."""
+    errors = {role: iter(found) for role, found in (("train", fit.train), ("holdout", fit.holdout))}
     bench = with_residual_floors(
         fitter.bench, [next(errors[s.segment.role]) for s in fitter.bench.stretches], recordings
     )

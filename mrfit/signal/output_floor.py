@@ -116,11 +116,11 @@ def cycles_drift(values: Array, segment: Segment, dt: float) -> SteadyDrift | No
 def residual_floor(floor: NoiseFloor, recording: Recording, segment: Segment, residual: Array) -> NoiseFloor:
     """Return a floor that is not known as that of a model's residual (N,), if a regression of it on the inputs tells.
 
-    A model's residual holds the same noise as the output, and less else that a regression could miss. So a floor by
-    regression that is above the residual is none.
+    A model's residual holds the same noise as the output, and less else that a regression could miss. So a floor that
+    is above the residual is none: cycles of a drive that wobbles differ by more than noise.
     """
     error = float(np.sqrt(np.mean(residual**2)))
-    if floor.known and not (floor.method == "regression" and floor.value > SAME_FLOOR_RATIO * error):
+    if floor.known and floor.value <= SAME_FLOOR_RATIO * error:
         return floor
     found = _by_regression(recording, segment, residual)
     if found.known:

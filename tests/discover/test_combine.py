@@ -78,7 +78,7 @@ def test_an_effect_that_takes_nothing_on_conditions_held_out_is_turned_down() ->
     assert shadow is not None and shadow.name == "lag"
     for others in ((spring,), ()):
         found = combine(exact(), LawFindings(named=(lag, *others)), STANDARD)
-        rest = turned_down(exact(), found, shadow)
+        rest = turned_down(exact(), found, shadow, STANDARD)
         assert rest.named == tuple(n.name for n in others) and rest.law_is_open == bool(others)
         assert rest.verdict == ("named" if others else "unexplained") and rest.shadows == (shadow,)
 
@@ -107,6 +107,9 @@ def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
         assert "a would be there" in found.difference and not found.law_is_open
     found = combine(exact(), nothing, STANDARD)
     assert (found.verdict, found.taken_back, found.difference) == ("unexplained", False, "")
+    for error, verdict in ((1.2, "none"), (1.3, "unexplained")):
+        small = replace(exact("named", "a", left=1.1), base=fit(error))
+        assert combine(small, nothing, STANDARD).verdict == verdict
     kept = combine(exact("named", "a", "b"), LawFindings(named=(effect("a"),)), STANDARD)
     assert (kept.verdict, kept.named) == ("named", ("a",)) and "b would take part" in kept.difference
 

@@ -178,7 +178,8 @@ def of_parameters(count: int) -> Rule:
 def slow(base: str, samples: int) -> Rule:
     """Whether Spencer's law is too much work beside a base."""
     bench = SimpleNamespace(channels={"displacement", "velocity"}, samples=lambda role: samples)
-    fitter, fit = SimpleNamespace(base=base, bench=bench), SimpleNamespace(assembly=assemble(base))
+    fitter = SimpleNamespace(base=base, bench=bench, effort=Effort())
+    fit = SimpleNamespace(assembly=assemble(base))
     return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)
 
 
@@ -341,7 +342,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
         after_work(2_000_000, lambda job: job.decides_again()),
         after_work(2_000_001, lambda job: job.decides_again()),
     ),
-    "most_effort_told": (after_work(400_000, states_plain_errors), after_work(400_001, states_plain_errors)),
+    "most_effort_told": (after_work(300_000, states_plain_errors), after_work(300_001, states_plain_errors)),
     "extrapolates": (
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.2)), p)),
         lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.05)), p)),

@@ -373,6 +373,52 @@ def decision(words: str, trials: Sequence[Any] = (), train: float | None = None,
     return SimpleNamespace(chosen=chosen, gathering=SimpleNamespace(fitter=fitter))
 
 
+@pytest.mark.parametrize(
+    ("base", "final", "times"),
+    [
+        # in training and on held-out tests, in multiples of the noise floors
+        ((3.0, 2.0), (1.0, 0.8), 1),
+        ((3.0, 2.0), (1.0, 0.7), 2),
+        ((3.0, 2.0), (0.7, 1.0), 2),
+        ((1.0, 0.7), (1.0, 0.7), 1),
+    ],
+)
+def test_floors_above_what_a_fit_leaves_are_lowered_and_effects_selected_again(
+    base: tuple[float, float], final: tuple[float, float], times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lowered, selected = [], []
+
+    def refit(errors: tuple[float, float], *effects: str) -> Any:
+        return SimpleNamespace(effects=effects, chi=lambda role: errors[role == "holdout"])
+
+    @dataclass(frozen=True)
+    class KnownFloors:
+        """Fits to tests of which every noise floor is known."""
+
+        bench: Any = field(default_factory=lambda: SimpleNamespace(stretches=()))
+        known: Any = None
+        keep: Any = None
+
+        def first(self, seed: int) -> Any:
+            return refit(base)
+
+    def lower(fitter: Any, fit: Any, recordings: Any) -> Any:
+        lowered.append(fit.effects)
+        return fitter
+
+    def choose(job: Any, fitter: Any, first: Any) -> Any:
+        selected.append(job.asked.key)
+        ended = first if final == base else refit(final, "inertia")
+        return SimpleNamespace(gathering=SimpleNamespace(refit_of=lambda fit: fit), chosen=SimpleNamespace(final=ended))
+
+    monkeypatch.setattr(stage, "_fitter", lambda *_: KnownFloors())
+    monkeypatch.setattr(stage, "_with_residual_floors", lower)
+    monkeypatch.setattr(stage, "_selected", choose)
+    stage._judged(JOB, None)
+    assert selected == ["k", "k lower floors"][:times]
+    assert lowered == ([("inertia",)] if times == 2 else [()] if final == base else [])
+
+
 @pytest.mark.parametrize("spent", [100, 101])
 def test_no_other_decision_is_made_after_much_work_and_that_is_said_once(
     spent: int, monkeypatch: pytest.MonkeyPatch

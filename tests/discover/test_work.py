@@ -1,7 +1,11 @@
 """Work of a discovery by its size."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
+from mrfit.discover.evidence.other_laws import candidates, slow_laws
 from mrfit.discover.evidence.work import Effort, work_of
 from mrfit.discover.policy import STANDARD
 from mrfit.simulate.assembly import assemble
@@ -35,3 +39,16 @@ def test_the_work_of_a_fit_is_that_of_laws_that_are_stepped(
     model: str, orders: tuple[tuple[str, int], ...], numbers: float
 ) -> None:
     assert work_of(assemble(model, CurrentDependence(orders, 0.0, 2.0) if orders else None), 100) == 100 * numbers
+
+
+def test_laws_that_are_stepped_are_not_fitted_where_fits_of_all_would_be_too_much_work() -> None:
+    bench = SimpleNamespace(channels={"displacement", "velocity"}, samples=lambda role: 100)
+    fitter: Any = SimpleNamespace(base="tanh", bench=bench)
+    base: Any = SimpleNamespace(assembly=assemble("tanh"))
+    names = list(candidates(fitter, "force", STANDARD))
+    last = int(STANDARD.most_effort_told) - 100 * len(names)
+    stepped = tuple(n for n in names if work_of(assemble(n), 100) > 0)
+    assert {"boucwen", "spencer"} <= set(stepped) and "bingham" not in stepped
+    for spent, left_out in ((last, ()), (last + 1, stepped)):
+        fitter.effort = Effort(spent)
+        assert slow_laws(fitter, base, lambda name: None, STANDARD) == left_out

@@ -8,7 +8,7 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.signal.noise_floor import measured_samples
+from mrfit.signal.noise_floor import NoiseFloor, measured_samples
 from mrfit.signal.output_floor import output_floors, residual_floor
 
 RATE, SAMPLES = 1000.0, 12_000
@@ -175,6 +175,18 @@ def test_a_residual_tells_a_floor_that_the_output_does_not() -> None:
     assert not floor.known
     assert residual_floor(floor, made, segment, noise[400:]).value == pytest.approx(np.std(noise[400:]), rel=0.1)
     assert not residual_floor(floor, made, segment, (law + noise)[400:]).known
+
+
+def test_a_floor_above_what_a_model_leaves_is_none() -> None:
+    x, noise = random_stroke(16), coloured(0.5, 17)
+    made, segment = record(x, force(x) + noise)
+    size = float(np.std(noise[400:]))
+    for share, kept in ((1.2, True), (1.5, False)):
+        # cycles of a drive that wobbles differ by more than noise
+        floor = NoiseFloor(share * size, "cycles", size, 2.0 * size)
+        found = residual_floor(floor, made, segment, noise[400:])
+        assert (found == floor) == kept
+        assert kept or found.value == pytest.approx(size, rel=0.1)
 
 
 def test_a_piece_too_short_to_tell_has_the_floor_of_the_rest_of_its_record() -> None:

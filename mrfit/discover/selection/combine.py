@@ -194,7 +194,7 @@ def combine(
         return exact
     if noisy and told and closes_the_gap(chosen, policy):
         return exact
-    return _beside_open_law(chosen, standing, shadows)
+    return _beside_open_law(chosen, standing, shadows, policy)
 
 
 def of_no_use(
@@ -234,7 +234,7 @@ def of_no_use(
     )
 
 
-def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow) -> CombinedResult:
+def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow, policy: Policy) -> CombinedResult:
     """Return a result beside an open law in which an effect that stood is not believed.
 
     Parameters
@@ -245,18 +245,21 @@ def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow) -> 
         The result of both ways.
     shadow
         The effect and the reason against it.
+    policy
+        The thresholds.
     """
     rest = tuple(n for n in combined.standing if n.name != shadow.name)
-    return _beside_open_law(chosen, rest, (*combined.shadows, shadow))
+    return _beside_open_law(chosen, rest, (*combined.shadows, shadow), policy)
 
 
 def _beside_open_law(
-    chosen: Selection, standing: tuple[InvariantEffect, ...], shadows: tuple[Shadow, ...]
+    chosen: Selection, standing: tuple[InvariantEffect, ...], shadows: tuple[Shadow, ...], policy: Policy
 ) -> CombinedResult:
     """Return the result with the effects that stand whatever the law is."""
     if not standing:
         back = bool(chosen.final.effects)
-        verdict = "unexplained" if back else chosen.verdict
+        verdict = "unexplained" if chosen.base.holdout > policy.clearly_above else "none"
+        verdict = verdict if back else chosen.verdict
         return CombinedResult(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
     sets = tuple((n.name, *n.one_of) for n in standing if n.one_of)
     clear = tuple(n.name for n in standing if not n.one_of)

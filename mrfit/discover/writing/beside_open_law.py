@@ -70,7 +70,7 @@ def beside_open_law(
     combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told)
     fits = _HeldFits.of(fitter, base, combined)
     while shadow := of_no_use(combined.standing, fits.without, fits.gap.after, policy):
-        combined = turned_down(chosen, combined, shadow)
+        combined = turned_down(chosen, combined, shadow, policy)
         fits = _HeldFits.of(fitter, base, combined)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
     held = held_at(combined.standing)
