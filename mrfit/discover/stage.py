@@ -25,6 +25,7 @@ from mrfit.discover.selection.exact_base import Selection, select
 from mrfit.discover.selection.rules import follows_the_output
 from mrfit.discover.writing.beside_open_law import beside_open_law
 from mrfit.discover.writing.contributions import contributions
+from mrfit.discover.writing.driven_mass import model_toml, of_driven, with_inertia
 from mrfit.discover.writing.findings import findings, series_of
 from mrfit.discover.writing.formula import PLUGIN_FILE, with_formula
 from mrfit.discover.writing.law_repair import REPAIR_FILE, with_law_repair
@@ -33,7 +34,7 @@ from mrfit.discover.writing.regions import not_determined
 from mrfit.discover.writing.result import DiscoveryRequest, account, insufficient
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
-from mrfit.fit.driven import INERTIA_EFFECT, tests_of_law
+from mrfit.fit.driven import tests_of_law
 from mrfit.fit.laws.choice import LawChoice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
@@ -155,37 +156,6 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     write_json(folder / "discovery.json", found.to_json())
     shutil.rmtree(folder / ".partial", ignore_errors=True)
     return DiscoveryOutcome(found)
-
-
-def with_inertia(settings: Settings) -> Settings:
-    """Return settings of which the model, and every other law beside it, has a mass of its own where that is free."""
-    free = settings.driven_by != "none" and settings.mass == "free" and INERTIA_EFFECT not in settings.model.split("+")
-    return replace(settings, model=f"{settings.model}+{INERTIA_EFFECT}") if free else settings
-
-
-def of_driven(found: DiscoveryFile, settings: Settings) -> DiscoveryFile:
-    """Return a discovery whose models are those of a driven mass, where the mass is no effect of the law."""
-    if settings.driven_by == "none":
-        return found
-    free = settings.mass == "free"
-
-    def law(text: str) -> str:
-        return text.replace(f"+{INERTIA_EFFECT}", "") if free else text
-
-    by = f" --driven-by {settings.driven_by} --mass {settings.mass}"
-    laws = [o.model_copy(update={"model": law(o.model), "command": law(o.command) + by}) for o in found.other_laws]
-    models = {"base_model": law(found.base_model), "augmented_model": law(found.augmented_model)}
-    other = found.other_base and found.other_base.model_copy(update={"model": law(found.other_base.model)})
-    ways = found.ways and found.ways.model_copy(update={"difference": law(found.ways.difference)})
-    return found.model_copy(update={**models, "other_laws": tuple(laws), "other_base": other, "ways": ways})
-
-
-def model_toml(found: DiscoveryFile) -> str:
-    """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
-    held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
-    fixed = f"fixed = {{ {held} }}\n" if held else ""
-    driven = "".join(f'{name} = "{value}"\n' for name, value in found.driven.items())
-    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{driven}{fixed}'
 
 
 def by_law_of_current(model: str) -> bool:
