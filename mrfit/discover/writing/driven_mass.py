@@ -1,4 +1,4 @@
-"""A discovery of a driven mass, whose law is judged with a mass of its own, in the words of the model that drives it."""
+"""A discovery of a driven mass, whose law is judged with a mass of its own, as the model that drives it is written."""
 
 from dataclasses import replace
 
