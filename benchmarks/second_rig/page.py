@@ -1,6 +1,6 @@
 """Write the page of a campaign on the second rig from its results.
 
-`python -m benchmarks.second_rig.page results.jsonl --out docs/benchmarks/second_rig.md`
+`python -m benchmarks.second_rig.page results.jsonl --commit COMMIT --out docs/benchmarks/second_rig.md`
 """
 
 import json
@@ -20,12 +20,13 @@ LONG = 60.0  # s of processor time
 HEAD = """# Discovery on the second rig
 
 Made by `python -m benchmarks.second_rig --seed {seeds} --cases {cases} --out results.jsonl` and
-`python -m benchmarks.second_rig.page results.jsonl --out FILE.md`. The rig shares no code with the other generators:
-coils on a PWM under controllers, measured motions with drift and steps, faults of logs, laws of current that saturate.
-Logs are ingested and discovered by the documented commands. No rule was set on the cases of this seed."""
+`python -m benchmarks.second_rig.page results.jsonl --commit COMMIT --out FILE.md`. The rig shares no code with the
+other generators: coils on a PWM under controllers, measured motions with drift and steps, faults of logs, laws of
+current that saturate. Logs are ingested and discovered by the documented commands. The code was that of commit
+{commit}. None of its rules was set on cases of this seed."""
 
 
-def page(rows: Sequence[Row]) -> str:
+def page(rows: Sequence[Row], commit: str) -> str:
     """Return the page in Markdown."""
     seeds = " ".join(sorted({str(r["seed"]) for r in rows}))
     times = [r["processor_time"] for r in rows]
@@ -43,7 +44,7 @@ def page(rows: Sequence[Row]) -> str:
         (f"above {LONG:.0f} s / of these nothing said to be left out", "– / none", f"{len(long)} / {silent}"),
     ]
     parts = [
-        HEAD.format(seeds=seeds, cases=len(rows)),
+        HEAD.format(seeds=seeds, cases=len(rows), commit=commit),
         "\n".join(["| figure | must reach | reached |", "|---|---|---|", *(f"| {' | '.join(f)} |" for f in figures)]),
         "## By kind",
         table(rows, KINDS),
@@ -69,10 +70,12 @@ def main() -> None:
     """Write the page of the results that are named."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("results", type=Path, nargs="+", help="results, one line of JSON a case")
+    parser.add_argument("--commit", required=True, help="commit of the code that was measured")
     parser.add_argument("--out", type=Path, required=True, help="Markdown file to write")
     given = parser.parse_args()
     rows = [json.loads(line) for path in given.results for line in path.read_text().splitlines()]
-    given.out.write_text(page(sorted(rows, key=lambda r: (KINDS.index(r["kind"]), r["index"]))), encoding="utf-8")
+    rows.sort(key=lambda r: (KINDS.index(r["kind"]), r["index"]))
+    given.out.write_text(page(rows, given.commit), encoding="utf-8")
 
 
 if __name__ == "__main__":
