@@ -327,7 +327,7 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
     if "current" in recording.channels:
         current = np.asarray(recording.channels["current"], dtype=np.float64)
         velocity = (
-            Smoother(stroke).smoothed(1).values / recording.dt
+            Smoother(stroke, moves=True).smoothed(1).values / recording.dt
             if np.ptp(current) > 8.0 * noise_level(current)
             else stroke
         )
@@ -354,7 +354,7 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
         waveform="unsteady",
         frequency=0.0,
         stroke=high - low,
-        peak_velocity=float(np.max(np.abs(Smoother(stroke).smoothed(1).values))) / recording.dt,
+        peak_velocity=float(np.max(np.abs(Smoother(stroke, moves=True).smoothed(1).values))) / recording.dt,
         current=_finite(float(recording.condition.get("current", np.nan))),
         temperature=None,
         cycles=len(inner) // 2,

@@ -284,5 +284,5 @@ def _across(recording: Recording, name: str, part: slice) -> Array:
     if name in recording.channels:
         return np.asarray(recording.channels[name][part], dtype=np.float64)
     motion = np.asarray(recording.channels["displacement" if name == "velocity" else "angle"][part], dtype=np.float64)
-    rate = Smoother(motion).smoothed(1).values if len(motion) >= WINDOW_MIN else np.gradient(motion)
+    rate = Smoother(motion, moves=True).smoothed(1).values if len(motion) >= WINDOW_MIN else np.gradient(motion)
     return np.asarray(rate) / recording.dt

@@ -177,7 +177,7 @@ def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     if not moving or segment.stop - begin < WINDOW_MIN:
         return None
     name = moving[0]
-    local = Smoother(channels[name])
+    local = Smoother(channels[name], moves=name not in LEVEL_CHANNELS)
     orders = range(3 if DRIVING[name] == 0 else 2)
     parts = [local.smoothed(order).values / recording.dt**order for order in orders]
     if DRIVING[name] == 1:

@@ -17,6 +17,7 @@ from mrfit.signal.corners import SIDE, find_corners
 from mrfit.signal.cycles import without_small_swings
 from mrfit.signal.noise import white_part
 from mrfit.signal.polynomial_pieces import PIECE_ORDER_MAX, lowest_polynomials
+from mrfit.signal.sampling_jitter import noise_power
 
 POLYNOMIAL_ORDER = 3
 WINDOW_MIN, WINDOW_MAX = 7, 16_001
@@ -150,6 +151,8 @@ class Smoother:
         Channel (N,), N ≥ 7.
     noise
         Rms of its white noise, or None to estimate noise of any colour from the channel itself.
+    moves
+        Whether it is a motion, whose noise is larger where it is fast if the samples' instants scatter.
 
     Attributes
     ----------
@@ -157,11 +160,15 @@ class Smoother:
         Number of corners that no window crosses.
     """
 
-    def __init__(self, values: Array, noise: float | None = None) -> None:
+    def __init__(self, values: Array, noise: float | None = None, moves: bool = False) -> None:
         self.values, self.noise = values, noise
         self.level = white_part(values) if noise is None else noise
         self.offset, self.span = float(values.mean()), float(np.ptp(values))
-        self.pieces = SmoothRanges.between(find_corners(values, self.level), len(values))
+        jittered = noise_power(values) if moves else None
+        self.excess = None if jittered is None else jittered / max(self.level**2, float(np.min(jittered)))
+        # one level for all: that of the fastest samples
+        level = self.level if self.excess is None else self.level * float(np.sqrt(np.max(self.excess)))
+        self.pieces = SmoothRanges.between(find_corners(values, level), len(values))
         self.corners = len(self.pieces.starts) - 1
 
     @cached_property
@@ -191,7 +198,8 @@ class Smoother:
             lengths = self.pieces.lengths[~whole]
             pieces = SmoothRanges(np.cumsum(lengths) - lengths, np.cumsum(lengths))
             windows = _windows(int(lengths.max()), derivative)[: None if noisy else 1]
-            local = _Ladder((self.values - self.offset)[rest], pieces, derivative, self.power).climbed(windows)
+            excess = None if self.excess is None else self.excess[rest]
+            local = _Ladder((self.values - self.offset)[rest], pieces, derivative, self.power, excess).climbed(windows)
             found.values[rest], found.variance[rest] = local.values, local.variance
             found.window, found.widest = min(found.window, local.window), max(found.widest, local.widest)
         if noisy and not derivative:
@@ -289,10 +297,16 @@ def _difference(
 
 
 class _Ladder:
-    """Windows from narrow to wide, each used where those up to the next wider one agree."""
+    """Windows from narrow to wide, each used where those up to the next wider one agree.
 
-    def __init__(self, values: Array, pieces: SmoothRanges, derivative: int, power: Array) -> None:
+    ``excess`` (N,) is the noise's power at each sample over ``power``, None where it is the same everywhere.
+    """
+
+    def __init__(
+        self, values: Array, pieces: SmoothRanges, derivative: int, power: Array, excess: Array | None = None
+    ) -> None:
         self.values, self.pieces, self.derivative, self.power = values, pieces, derivative, power
+        self.excess = excess
 
     def climbed(self, windows: list[_Window]) -> Mixture:
         """Return the mixture of all windows."""
@@ -311,11 +325,15 @@ class _Ladder:
             found, freedom = _difference(
                 self.pieces, WindowEstimate(window, *wide), WindowEstimate(narrower, *before), self.derivative
             )
+            if self.excess is not None:
+                found = found / self.pieces.moving_mean(self.excess, window.half)
             chance = window.width / (RECORDS * len(self.values))
             agree &= found <= _most_by_chance(freedom, chance) * self.power[min(number, len(self.power) - 1)]
             self._mix(mixture, last, number - 1, windows[number - 1], agree)
             before, last = last, wide
         self._mix(mixture, last, len(windows) - 1, windows[-1], agree)
+        if self.excess is not None:
+            mixture.variance = mixture.variance * self.excess
         return mixture
 
     def _mix(self, mixture: Mixture, new: tuple[Array, Array], number: int, window: _Window, where: Mask) -> None:

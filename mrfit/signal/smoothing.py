@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import ANTIDERIVATIVES, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
+from mrfit.core.channels import ANTIDERIVATIVES, DRIVING, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
@@ -127,7 +127,8 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
             window = recording.channels[source][begin : segment.stop]
             if source not in smoothers:
                 found = _series(window, segment, recording.dt, frequency)
-                smoothers[source] = _smoother(window, segment, recording.dt, found)
+                moves = source in DRIVING and source not in LEVEL_CHANNELS
+                smoothers[source] = _smoother(window, segment, recording.dt, found, moves)
             smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
             if source in LEVEL_CHANNELS and isinstance(smoothers[source], Smoother):
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
@@ -311,7 +312,7 @@ def _without_drift(values: Array, dt: float, frequency: float) -> tuple[Array, H
 
 
 def _smoother(
-    values: Array, segment: Segment, dt: float, series: HarmonicFit | ModulatedSeries | None
+    values: Array, segment: Segment, dt: float, series: HarmonicFit | ModulatedSeries | None, moves: bool
 ) -> HarmonicFit | ModulatedSeries | Smoother:
     """Return a channel's series, or local polynomials where there is none or where it rings.
 
@@ -322,7 +323,7 @@ def _smoother(
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
     if isinstance(series, HarmonicFit) and series.harmonics < RINGING:
         return series
-    local = _local(values)
+    local = _local(values, moves)
     if series is None or (isinstance(series, HarmonicFit) and _lacks_harmonics(values, dt, series, local)):
         return local
     near = local.near_corners()
@@ -376,8 +377,8 @@ def _means_over_a_cycle(values: Array, counted: Mask, frequency: float) -> Array
 
 
 @remembered
-def _local(values: Array) -> Smoother:
-    return Smoother(values)
+def _local(values: Array, moves: bool) -> Smoother:
+    return Smoother(values, moves=moves)
 
 
 def _smoothed(
