@@ -34,12 +34,14 @@ def noise_power(values: Array) -> Array | None:
     values
         Channel (N,), sampled evenly but for a jitter.
     """
-    if len(values) * (1.0 - FASTEST) < FEWEST:
+    if len(values) <= 2 * SLOPE_SIDE:
         return None
     slope = np.abs(values[2 * SLOPE_SIDE :] - values[: -2 * SLOPE_SIDE]) / (2 * SLOPE_SIDE)
     ends = np.quantile(slope, (SLOW, FAST, FASTEST))
     slow, fast = slope <= ends[0], slope > ends[1]
     halves = (fast & (slope <= ends[2]), slope > ends[2])
+    if min(np.count_nonzero(half) for half in halves) < FEWEST:
+        return None
     seen = []
     for order in ORDERS:
         difference = np.diff(values, order) / np.sqrt(comb(2 * order, order))
