@@ -12,18 +12,18 @@ from mrfit.core.specs import Array, Mask
 from mrfit.signal.noise import NORMAL_MEDIAN
 
 # Orders of the differences that see the same noise
-ORDERS = (4, 6, 8)
+JITTER_ORDERS = (4, 6, 8)
 # A slope is taken over so many samples to either side
 SLOPE_SIDE = 4
 # Share of the samples that are slow, and shares of the fast ones, of which both halves have to agree
-SLOW, FAST, FASTEST = 0.5, 0.9, 0.95
+SLOW_SHARE, FAST_SHARE, FASTEST_SHARE = 0.5, 0.9, 0.95
 # Fewest samples of a half
-FEWEST = 50
+FAST_SAMPLES_MIN = 50
 # Jitter is worth knowing where the noise of the fast samples has so many times the power of that of the slow ones
-CLEAR = 2.0
+NOISE_RATIO_MIN = 2.0
 # Two estimates of one jitter that differ by less say the same, those of two halves and those of two orders
 SAME_OF_HALVES, SAME_OF_ORDERS = 1.5, 1.25
-PASSES = 10
+JITTER_PASSES = 10
 
 
 def noise_power(values: Array) -> Array | None:
@@ -37,17 +37,17 @@ def noise_power(values: Array) -> Array | None:
     if len(values) <= 2 * SLOPE_SIDE:
         return None
     slope = np.abs(values[2 * SLOPE_SIDE :] - values[: -2 * SLOPE_SIDE]) / (2 * SLOPE_SIDE)
-    ends = np.quantile(slope, (SLOW, FAST, FASTEST))
+    ends = np.quantile(slope, (SLOW_SHARE, FAST_SHARE, FASTEST_SHARE))
     slow, fast = slope <= ends[0], slope > ends[1]
     halves = (fast & (slope <= ends[2]), slope > ends[2])
-    if min(np.count_nonzero(half) for half in halves) < FEWEST:
+    if min(np.count_nonzero(half) for half in halves) < FAST_SAMPLES_MIN:
         return None
     seen = []
-    for order in ORDERS:
+    for order in JITTER_ORDERS:
         difference = np.diff(values, order) / np.sqrt(comb(2 * order, order))
         inner = difference[SLOPE_SIDE - order // 2 :][: len(slope)]
         noise = _power(inner, slow)
-        if not _power(inner, fast) > CLEAR * noise:
+        if not _power(inner, fast) > NOISE_RATIO_MIN * noise:
             return None
         squares = [_squared_jitter(inner, slope, half, noise) for half in halves]
         if not max(squares) < SAME_OF_HALVES**2 * min(squares):
@@ -72,6 +72,6 @@ def _squared_jitter(difference: Array, slope: Array, fast: Mask, noise: float) -
     """
     found, squares = np.abs(difference[fast]), slope[fast] ** 2
     jitter = max(_power(difference, fast) - noise, 0.0) / float(np.median(squares))
-    for _ in range(PASSES):
+    for _ in range(JITTER_PASSES):
         jitter *= float((NORMAL_MEDIAN * np.median(found / np.sqrt(noise + jitter * squares))) ** 2)
     return jitter
