@@ -164,8 +164,8 @@ class Smoother:
         self.values, self.noise = values, noise
         self.level = white_part(values) if noise is None else noise
         self.offset, self.span = float(values.mean()), float(np.ptp(values))
-        jittered = noise_power(values) if moves else None
-        self.excess = None if jittered is None else jittered / max(self.level**2, float(np.min(jittered)))
+        jittered = noise_power(values) if moves and self.level else None
+        self.excess = None if jittered is None else jittered / self.level**2
         # one level for all: that of the fastest samples
         level = self.level if self.excess is None else self.level * float(np.sqrt(np.max(self.excess)))
         self.pieces = SmoothRanges.between(find_corners(values, level), len(values))

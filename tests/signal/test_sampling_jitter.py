@@ -70,3 +70,10 @@ def test_an_acceleration_beside_jitter_has_windows_as_wide_as_its_noise_asks(see
     still, _ = measured(0.0, 5e-7, seed)
     plain, same = (Smoother(still, moves=moves).smoothed(2).values for moves in (False, True))
     assert np.array_equal(plain, same)
+
+
+def test_a_stroke_that_rests_without_any_noise_is_smoothed_as_before() -> None:
+    values, _ = measured(0.02, 0.0, 0)
+    values[np.abs(values) < 1e-5] = 0.0
+    found = Smoother(values, moves=True)
+    assert np.all(np.isfinite(found.smoothed(2).values))
