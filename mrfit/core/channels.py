@@ -97,6 +97,9 @@ FAST_INPUTS = ("current", "displacement", "angle")
 DRIVING: Mapping[str, int] = {"displacement": 0, "angle": 0, "velocity": 1, "angular_velocity": 1, "current": 0}
 """Channels that may drive a specimen -> the order of derivative that each is of the motion."""
 
+DRIVING_MOTIONS = tuple(name for name in DRIVING if name not in LEVEL_CHANNELS)
+"""Those of them that are a motion."""
+
 EXCITATIONS: Mapping[str, str] = {"force": "excitation_force", "base": "base_acceleration"}
 """What drives a mass, as it is written -> its channel."""
 

@@ -25,13 +25,13 @@ from mrfit.discover.selection.exact_base import Selection, select
 from mrfit.discover.selection.rules import follows_the_output
 from mrfit.discover.writing.beside_open_law import beside_open_law
 from mrfit.discover.writing.contributions import contributions
-from mrfit.discover.writing.driven_mass import model_toml, of_driven, with_inertia
+from mrfit.discover.writing.driven_mass import of_driven, with_inertia
 from mrfit.discover.writing.findings import findings, series_of
 from mrfit.discover.writing.formula import PLUGIN_FILE, with_formula
 from mrfit.discover.writing.law_repair import REPAIR_FILE, with_law_repair
 from mrfit.discover.writing.open_law import with_another_base
 from mrfit.discover.writing.regions import not_determined
-from mrfit.discover.writing.result import DiscoveryRequest, account, insufficient
+from mrfit.discover.writing.result import DiscoveryRequest, account, insufficient, model_toml
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.driven import tests_of_law
@@ -475,8 +475,7 @@ def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependenc
     if not final.effects or not _is_below_floors(final) or not job.decides_again():
         return found
     job = job.again("lower floors")
-    kept = _fitter(job, dependence)
-    fitter = replace(_with_residual_floors(fitter, final, job.data.recordings), known=kept.known, keep=kept.keep)
+    fitter = _kept(job, _with_residual_floors(fitter, final, job.data.recordings))
     return _selected(job, fitter, _based(job, fitter))
 
 
@@ -564,9 +563,18 @@ def _started(job: _Job, currents: Currents) -> _Job:
 
 
 def _fitter(job: _Job, dependence: CurrentDependence | None) -> Fitter:
-    settings, data, key = job.settings, job.data, job.asked.key
+    settings, data = job.settings, job.data
     base = assemble(settings.model, dependence)
     bench = build_bench(data.segments, data.recordings, base, effects_for(base.spec.output), STANDARD)
+    fitter = Fitter(
+        bench, settings.model, dependence, dict(settings.start), {}, lambda *_: None, settings.jobs, effort=job.effort
+    )
+    return _kept(job, fitter)
+
+
+def _kept(job: _Job, fitter: Fitter) -> Fitter:
+    """Return a fitter that keeps its fits under the job's key, and knows those that a stopped run kept under it."""
+    key = job.asked.key
     path = job.workspace.root / "discover" / ".partial" / "fits.json"
     stored = reusable(path, PartialDiscovery)
     known = {}
@@ -581,6 +589,4 @@ def _fitter(job: _Job, dependence: CurrentDependence | None) -> Fitter:
             kept.setdefault(effects, point)
             write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
-    return Fitter(
-        bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs, effort=job.effort
-    )
+    return replace(fitter, known=known, keep=keep)

@@ -47,6 +47,11 @@ def noise_level(values: Array) -> float:
     return max(min(levels, default=0.0), quantisation(values) / sqrt(12.0))
 
 
+def robust_rms(values: Array) -> float:
+    """Return the rms of white noise (N,) of which up to a half may be something larger."""
+    return float(NORMAL_MEDIAN * np.median(np.abs(values)))
+
+
 def windows(values: Array) -> list[Array]:
     """Return the parts of a channel (N,) by which it is judged: all of it, or windows spread over a long one."""
     if len(values) <= LONG_SEGMENT:
@@ -57,7 +62,7 @@ def windows(values: Array) -> list[Array]:
 
 def _difference_level(parts: list[Array], order: int) -> float:
     difference = np.concatenate([np.diff(part, order) for part in parts])
-    return float(NORMAL_MEDIAN * np.median(np.abs(difference)) / np.sqrt(comb(2 * order, order)))
+    return float(robust_rms(difference) / np.sqrt(comb(2 * order, order)))
 
 
 def quantisation(values: Array) -> float:
@@ -163,6 +168,6 @@ def white_part(values: Array) -> float:
     difference = values
     for _ in range(order):
         difference = difference[2:] - difference[:-2]
-    middle = float(NORMAL_MEDIAN * np.median(np.abs(difference)) / np.sqrt(comb(2 * order, order)))
+    middle = float(robust_rms(difference) / np.sqrt(comb(2 * order, order)))
     falling = max(middle**2 - level**2, 0.0) / (FALLING[1] - FALLING[0])
     return max(sqrt(max(level**2 - FALLING[0] * falling, 0.0)), grid)

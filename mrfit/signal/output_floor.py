@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from mrfit.core.channels import DRIVING, LEVEL_CHANNELS
+from mrfit.core.channels import DRIVING, DRIVING_MOTIONS, LEVEL_CHANNELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.drift import SteadyDrift, steady_drift
@@ -177,7 +177,7 @@ def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     if not moving or segment.stop - begin < WINDOW_MIN:
         return None
     name = moving[0]
-    local = Smoother(channels[name], moves=name not in LEVEL_CHANNELS)
+    local = Smoother(channels[name], moves=name in DRIVING_MOTIONS)
     orders = range(3 if DRIVING[name] == 0 else 2)
     parts = [local.smoothed(order).values / recording.dt**order for order in orders]
     if DRIVING[name] == 1:

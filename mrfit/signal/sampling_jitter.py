@@ -8,8 +8,8 @@ from math import comb
 
 import numpy as np
 
-from mrfit.core.specs import Array, Mask
-from mrfit.signal.noise import NORMAL_MEDIAN
+from mrfit.core.specs import Array
+from mrfit.signal.noise import robust_rms
 
 # Orders of the differences that see the same noise
 JITTER_ORDERS = (4, 6, 8)
@@ -46,13 +46,13 @@ def noise_power(values: Array) -> Array | None:
     for order in JITTER_ORDERS:
         difference = np.diff(values, order) / np.sqrt(comb(2 * order, order))
         inner = difference[SLOPE_SIDE - order // 2 :][: len(slope)]
-        noise = _power(inner, slow)
-        if not _power(inner, fast) > NOISE_RATIO_MIN * noise:
+        noise = robust_rms(inner[slow]) ** 2
+        if not robust_rms(inner[fast]) ** 2 > NOISE_RATIO_MIN * noise:
             return None
-        squares = [_squared_jitter(inner, slope, half, noise) for half in halves]
+        squares = [_squared_jitter(inner[half], slope[half], noise) for half in halves]
         if not max(squares) < SAME_OF_HALVES**2 * min(squares):
             return None
-        seen.append((_squared_jitter(inner, slope, fast, noise), noise))
+        seen.append((_squared_jitter(inner[fast], slope[fast], noise), noise))
     jitters = [jitter for jitter, _ in seen]
     if not max(jitters) < SAME_OF_ORDERS**2 * min(jitters):
         return None
@@ -61,17 +61,13 @@ def noise_power(values: Array) -> Array | None:
     return power
 
 
-def _power(difference: Array, where: Mask) -> float:
-    return float((NORMAL_MEDIAN * np.median(np.abs(difference[where]))) ** 2)
-
-
-def _squared_jitter(difference: Array, slope: Array, fast: Mask, noise: float) -> float:
+def _squared_jitter(difference: Array, slope: Array, noise: float) -> float:
     """Return the variance of the instants, in samples squared, at which the noise of fast samples is as it should be.
 
     ``noise`` is the power beside that of the jitter.
     """
-    found, squares = np.abs(difference[fast]), slope[fast] ** 2
-    jitter = max(_power(difference, fast) - noise, 0.0) / float(np.median(squares))
+    squares = slope**2
+    jitter = max(robust_rms(difference) ** 2 - noise, 0.0) / float(np.median(squares))
     for _ in range(JITTER_PASSES):
-        jitter *= float((NORMAL_MEDIAN * np.median(found / np.sqrt(noise + jitter * squares))) ** 2)
+        jitter *= robust_rms(difference / np.sqrt(noise + jitter * squares)) ** 2
     return jitter

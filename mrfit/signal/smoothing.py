@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import ANTIDERIVATIVES, DRIVING, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
+from mrfit.core.channels import ANTIDERIVATIVES, DRIVING_MOTIONS, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.remembered import remembered
@@ -127,8 +127,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
             window = recording.channels[source][begin : segment.stop]
             if source not in smoothers:
                 found = _series(window, segment, recording.dt, frequency)
-                moves = source in DRIVING and source not in LEVEL_CHANNELS
-                smoothers[source] = _smoother(window, segment, recording.dt, found, moves)
+                smoothers[source] = _smoother(window, segment, recording.dt, found, source in DRIVING_MOTIONS)
             smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
             if source in LEVEL_CHANNELS and isinstance(smoothers[source], Smoother):
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])

@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.driven import DT, LAWS, SAMPLES, excitation
 from mrfit.discover.stage import Settings
-from mrfit.discover.writing.driven_mass import model_toml, of_driven, with_inertia
-from mrfit.discover.writing.result import DiscoveryRequest, insufficient
+from mrfit.discover.writing.driven_mass import of_driven, with_inertia
+from mrfit.discover.writing.result import DiscoveryRequest, insufficient, model_toml
 from mrfit.io.schemas.discovery import OtherLaw
 from mrfit.report.explain import next_step
 from mrfit.simulate.assembly import assemble

@@ -15,8 +15,8 @@ from mrfit.discover.selection.combine import combine
 from mrfit.discover.selection.exact_base import Selection
 from mrfit.discover.selection.questions import EffectScreening
 from mrfit.discover.stage import Settings, run
-from mrfit.discover.writing.driven_mass import model_toml
 from mrfit.discover.writing.open_law import with_another_base, with_examination, with_gap, with_laws
+from mrfit.discover.writing.result import model_toml
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import (
     BrokenInvariance,

@@ -258,9 +258,10 @@ def _beside_open_law(
     """Return the result with the effects that stand whatever the law is."""
     if not standing:
         back = bool(chosen.final.effects)
-        verdict = "unexplained" if chosen.base.holdout > policy.clearly_above else "none"
-        verdict = verdict if back else chosen.verdict
-        return CombinedResult(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
+        alone = "unexplained" if chosen.base.holdout > policy.clearly_above else "none"
+        return CombinedResult(
+            alone if back else chosen.verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back
+        )
     sets = tuple((n.name, *n.one_of) for n in standing if n.one_of)
     clear = tuple(n.name for n in standing if not n.one_of)
     return CombinedResult(

@@ -28,11 +28,3 @@ def of_driven(found: DiscoveryFile, settings: Settings) -> DiscoveryFile:
     other = found.other_base and found.other_base.model_copy(update={"model": law(found.other_base.model)})
     ways = found.ways and found.ways.model_copy(update={"difference": law(found.ways.difference)})
     return found.model_copy(update={**models, "other_laws": tuple(laws), "other_base": other, "ways": ways})
-
-
-def model_toml(found: DiscoveryFile) -> str:
-    """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
-    held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
-    fixed = f"fixed = {{ {held} }}\n" if held else ""
-    driven = "".join(f'{name} = "{value}"\n' for name, value in found.driven.items())
-    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{driven}{fixed}'

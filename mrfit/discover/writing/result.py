@@ -186,3 +186,11 @@ def cosine_table(screening: EffectScreening, policy: Policy) -> Cosines:
         matrix=tuple(tuple(screening.cosines[a][b] for b in order) for a in order),
         alike=policy.alike,
     )
+
+
+def model_toml(found: DiscoveryFile) -> str:
+    """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
+    held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
+    fixed = f"fixed = {{ {held} }}\n" if held else ""
+    driven = "".join(f'{name} = "{value}"\n' for name, value in found.driven.items())
+    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{driven}{fixed}'
