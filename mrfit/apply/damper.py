@@ -9,6 +9,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.arguments import check_arguments
+from mrfit.core.channels import MOTION
 from mrfit.errors import ConfigError, DataError
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, Order, node_of
@@ -16,12 +17,6 @@ from mrfit.simulate.current_dependence import CurrentDependence, Order, node_of
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult
     from mrfit.io.schemas.fit import Fit
-
-MOTIONS = {
-    "force": ("displacement", "velocity", "acceleration"),
-    "torque": ("angle", "angular_velocity", "angular_acceleration"),
-}
-"""Displacement, velocity and acceleration as the inputs of models of each output are called."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +70,7 @@ class Damper:
     @property
     def motion(self) -> tuple[str, str, str]:
         """Names of its displacement, velocity and acceleration."""
-        return MOTIONS[self.output]
+        return MOTION[self.output]
 
     def without(self, *effects: str) -> "Damper":
         """Return it without some of its effects."""
@@ -207,7 +202,7 @@ def controllable(damper: Damper) -> Damper:
         If none does, or it is a coil.
     """
     spec = damper.assembly.spec
-    if spec.output not in MOTIONS:
+    if spec.output not in MOTION:
         raise DataError(f"'{damper.name}' predicts {spec.output}: apply takes models of force or torque")
     if "current" not in registry.load("model", damper.model.partition("+")[0]).SPEC.inputs and not damper.orders:
         raise DataError(

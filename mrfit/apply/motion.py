@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 import mrfit.segment.stage
-from mrfit.apply.damper import MOTIONS
 from mrfit.core import recording as core
 from mrfit.core.arguments import check_arguments
+from mrfit.core.channels import MOTION
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -50,13 +50,13 @@ def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e
     ConfigError
         If a number is not positive, or there are fewer than 20 samples a cycle.
     """
-    if output not in MOTIONS:
-        raise ConfigError(f"a sine is for a {' or a '.join(MOTIONS)}, not for '{output}'")
+    if output not in MOTION:
+        raise ConfigError(f"a sine is for a {' or a '.join(MOTION)}, not for '{output}'")
     if not min(frequency, amplitude, cycles, dt) > 0.0 or not np.isfinite([frequency, amplitude, cycles, dt]).all():
         raise ConfigError("a sine needs a frequency, an amplitude, cycles and a sample interval above 0")
     phase, omega = sine_phase(frequency, cycles, dt), 2.0 * np.pi * frequency
     courses = (np.sin(phase), omega * np.cos(phase), -(omega**2) * np.sin(phase))
-    channels = {n: amplitude * c for n, c in zip(MOTIONS[output], courses, strict=True)}
+    channels = {n: amplitude * c for n, c in zip(MOTION[output], courses, strict=True)}
     return Motion(f"sine {frequency:g} Hz, {amplitude:g} {'m' if output == 'force' else 'rad'}", dt, channels)
 
 
@@ -113,7 +113,7 @@ def of_recordings(recordings: Iterable[core.Recording], names: Iterable[str], ou
         If a log lacks a channel, or is too long.
     """
     found = []
-    wanted = list(dict.fromkeys((*MOTIONS[output], *(n for n in names if n not in ("current", "time")))))
+    wanted = list(dict.fromkeys((*MOTION[output], *(n for n in names if n not in ("current", "time")))))
     for recording in recordings:
         whole = replace(moving_stretch(recording), warm_up=0)
         check_length(recording.source or recording.id, whole.samples)
