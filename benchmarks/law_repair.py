@@ -25,14 +25,16 @@ from benchmarks.law_mismatch.runner import asked_of
 from mrfit.api.preparing import as_asked, prepared
 from mrfit.api.threads import one_blas_thread
 from mrfit.core.progress import silent
-from mrfit.discover import stage
+from mrfit.discover.base_dependence import usual_dependence
 from mrfit.discover.evidence.bench import build_bench, effects_for
 from mrfit.discover.evidence.refit import Fitter
+from mrfit.discover.hold_out import with_laws_trained
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.repair.choice import Choice, ConditionGrams, chosen
 from mrfit.discover.repair.proposal import of_chance, repaired
 from mrfit.discover.repair.rows import FittedBase, RepairRows, shifted
 from mrfit.discover.writing.law_repair import base_on
+from mrfit.settings.discover import Settings
 from mrfit.simulate.assembly import assemble
 
 SETS = ("press", "table", "nees", "keio")
@@ -43,12 +45,12 @@ def posed(case: Case) -> tuple[FittedBase, FittedBase]:
     """Return the fitted base of a case on its training records, and on those held out."""
     asked = asked_of(case)[0]
     data = prepared(recordings_of(asked), as_asked({}), silent).dataset
-    data = replace(data, segments=stage.with_their_currents_trained(data.segments)[0])
-    settings = stage.Settings(case.base)
-    dependence = stage.usual_dependence(settings, data)
+    data = replace(data, segments=with_laws_trained(data.segments)[0])
+    settings = Settings(case.base)
+    dependence = usual_dependence(settings, data)
     base = assemble(case.base, dependence)
     bench = build_bench(data.segments, data.recordings, base, effects_for(base.spec.output), STANDARD)
-    fit = Fitter(bench, case.base, dependence, {}, {}, lambda effects, point: None, 1).rough()
+    fit = Fitter(bench, case.base, dependence, {}, {}, lambda effects, point: None, 1).rough(np.inf)
     return base_on(bench, fit)
 
 

@@ -1,7 +1,7 @@
 """The discover stage: where simulation and measurement disagree, which effect is missing, and proof that it helps."""
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from threading import Lock
 
@@ -12,14 +12,22 @@ from mrfit.core.channels import OUTPUT_ON_MASS
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.discover.base_dependence import (
+    Currents,
+    bent_more,
+    by_law_of_current,
+    current_dependence,
+    plain_laws,
+    usual_dependence,
+)
 from mrfit.discover.evidence.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.evidence.gather import SimulatedEvidence, gather
 from mrfit.discover.evidence.plain_fit import PLAIN_ERRORS, with_plain_errors
 from mrfit.discover.evidence.refit import Fitter, Refit, RefitRequest, usual
 from mrfit.discover.evidence.screen import is_law_of_current
-from mrfit.discover.evidence.work import Effort, is_stepped, shape_of_loop
+from mrfit.discover.evidence.work import Effort, is_stepped
 from mrfit.discover.hold_out import too_little, with_laws_trained
-from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import DECIDED, Floors, may_err, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
 from mrfit.discover.selection.rules import follows_the_output
@@ -36,8 +44,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.driven import tests_of_law
 from mrfit.fit.laws.choice import LawChoice
-from mrfit.fit.laws.laws_of_current import dependence_of
-from mrfit.fit.select import load_recordings, usable
+from mrfit.fit.select import load_recordings
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key, segments_digest
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, PartialDiscovery
@@ -47,16 +54,9 @@ from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.settings.discover import Settings as Settings
 from mrfit.signal.output_floor import SAME_FLOOR_RATIO
 from mrfit.simulate.assembly import assemble
-from mrfit.simulate.current_dependence import HIGHEST_ORDER, CurrentDependence, base_name, orders_of
+from mrfit.simulate.current_dependence import CurrentDependence, base_name
 from mrfit.simulate.current_levels import (
-    OUTPUTS,
     base_of,
-    default_orders,
-    dependence_on_current,
-    recorded_range,
-    takes_current,
-    tested_currents,
-    to_choose,
 )
 
 
@@ -158,12 +158,6 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return DiscoveryOutcome(found)
 
 
-def by_law_of_current(model: str) -> bool:
-    """Return whether parameters of a written model reach a current that no test was trained at by a law alone."""
-    spec = base_of(model).spec
-    return spec.output in OUTPUTS and not takes_current(spec)
-
-
 @dataclass(frozen=True)
 class DiscoveryOutput:
     """Files of a discovery: discovery.json's content, and the errors of every sample, by column.
@@ -194,14 +188,6 @@ class _Job:
     def again(self, purpose: str) -> "_Job":
         """Return the job of another decision on the data, whose refits are kept under a key of their own."""
         return replace(self, asked=replace(self.asked, key=f"{self.asked.key} {purpose}"))
-
-
-@dataclass(frozen=True)
-class Currents:
-    """Dependence of the base's parameters on current, and its choice, None where no levels were held."""
-
-    dependence: CurrentDependence | None
-    choice: LawChoice | None = None
 
 
 @dataclass(frozen=True)
@@ -354,13 +340,26 @@ def _with_plain_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice
     Laws that are chosen follow what is missing, or keep to those of their roles, which bend too little. A cubic passes
     through the yield forces of the usual four currents, whatever its law. Shapes of the curve are hardly determined.
     """
-    laws = usual_dependence(job.settings, job.data)
-    if laws is None:
+    laws = plain_laws(job.settings, job.data)
+    if laws is None or not _gains_by(job, decided.judged, laws):
         return decided
-    roles = {p.name: p.role for p in base_of(job.settings.model).spec.params}
-    forces = replace(laws, orders=tuple((n, o) for n, o in laws.orders if roles[n] in ("yield", "viscous")))
-    currents = Currents(bent_more(forces, job.settings.model, job.data), decided.currents.choice)
-    return _better_decided(job.again("plain"), currents, decided)
+    return _better_decided(job.again("plain"), Currents(laws, decided.currents.choice), decided)
+
+
+def _gains_by(job: _Job, found: _JudgedDependence, laws: CurrentDependence) -> bool:
+    """Return whether laws of current leave visibly less beside effects of a decision, fitted or held out.
+
+    Tried are no effects, the chosen ones, and the likeliest three alone: another decision takes as long as the first.
+    """
+    chosen = found.chosen
+    likely = sorted((t.fit for t in chosen.trials), key=lambda fit: fit.train)[: STANDARD.most_tried_by_laws]
+    fits = {fit.effects: fit for fit in (chosen.base, chosen.final, *likely)}
+    again = _refits_by(job, found, laws, [RefitRequest(e, (fit.values,)) for e, fit in fits.items()])
+    least = STANDARD.gain_by_laws
+    return any(
+        new.chi("train") ** 2 < least * old.train**2 or new.chi("holdout") ** 2 < least * old.holdout**2
+        for old, new in zip(fits.values(), again, strict=True)
+    )
 
 
 def _with_bent_laws(job: _Job, decided: _DependenceChoice) -> _DependenceChoice:
@@ -454,10 +453,16 @@ def _is_plainer(job: _Job, found: _JudgedDependence, laws: CurrentDependence | N
     rest = tuple(e for e in final.effects if not is_law_of_current(registry.load("effect", e).SPEC))
     if rest == final.effects:
         return False
-    fitter, start = found.gathering.fitter, dict(job.settings.start)
-    fitter = replace(fitter, dependence=laws, start=start, known={}, judged={}, keep=lambda *_: None)
-    (plain,) = fitter.refits([RefitRequest(rest, (final.values,))])
+    (plain,) = _refits_by(job, found, laws, [RefitRequest(rest, (final.values,))])
     return plain.chi("holdout") ** 2 <= most * final.holdout**2
+
+
+def _refits_by(
+    job: _Job, found: _JudgedDependence, laws: CurrentDependence | None, wanted: Sequence[RefitRequest]
+) -> Iterator[Refit]:
+    """Yield refits with other laws of current than those of a decision."""
+    fitter, start = found.gathering.fitter, dict(job.settings.start)
+    return replace(fitter, dependence=laws, start=start, known={}, judged={}, keep=lambda *_: None).refits(wanted)
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _JudgedDependence:
@@ -505,50 +510,6 @@ def _with_residual_floors(fitter: Fitter, fit: Refit, recordings: Mapping[str, R
     )
     known = {effects: point for effects, point in fitter.known.items() if effects}
     return replace(fitter, bench=bench, known=known, judged={})
-
-
-def current_dependence(
-    settings: Settings, data: Dataset, effects: tuple[str, ...] = (), held: Mapping[str, float] | None = None
-) -> Currents:
-    """Return the dependence of the base's parameters on current, and its choice, beside effects with held parameters.
-
-    It is the choice that a joint fit makes, but see ``LawChoice.as_base``. A current that changes during tests counts
-    as two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the
-    user says so: it doubles the search, and Spencer and others (1997) keep it too.
-    """
-    name = settings.model.partition("+")[0]
-    spec = base_of(name).spec
-    if to_choose(name, settings.current_order, tested_currents(data.segments, data.recordings)):
-        start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
-        alike = fit_stage.Settings("+".join((name, *effects)), per="all", start=start, seed=settings.seed)
-        able = usable(data.segments, data.recordings, assemble(alike.model))[0]
-        found, choice = dependence_of(alike, able, dict(data.recordings), held, shape_of_loop(name))
-        return Currents(choice.as_base() if choice and not held else found, choice)
-    return Currents(usual_dependence(settings, data))
-
-
-def bent_more(laws: CurrentDependence, model: str, data: Dataset) -> CurrentDependence:
-    """Return laws of current with that of the yield force of one order more, where the tests determine it."""
-    yields = {p.name for p in base_of(model).spec.params if p.role == "yield"}
-    currents = tested_currents(data.segments, data.recordings)
-    most = HIGHEST_ORDER if currents.varying else len(currents.levels) - 1
-    orders = tuple((n, o + 1 if n in yields and isinstance(o, int) and o < most else o) for n, o in laws.orders)
-    return replace(laws, orders=orders)
-
-
-def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:
-    """Return the dependence of the base's parameters on current as asked for, or by their roles; None for none."""
-    name = settings.model.partition("+")[0]
-    spec = base_of(name).spec
-    shape = [p.name for p in spec.params if p.role == "hysteresis"]
-    found = dependence_on_current(name, settings.current_order, data.segments, data.recordings, shape)
-    if found or settings.current_order != "auto" or takes_current(spec):
-        return found
-    low, high = recorded_range(data.recordings)
-    if not high - low >= policy.least_current_range:
-        return None
-    orders = default_orders(spec, STANDARD.most_control_order, shape) or orders_of(spec, "2")
-    return CurrentDependence(orders, low, high)
 
 
 def _started(job: _Job, currents: Currents) -> _Job:

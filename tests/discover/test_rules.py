@@ -14,6 +14,7 @@ from mrfit.core.progress import silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
 from mrfit.discover import hold_out, stage
+from mrfit.discover.base_dependence import usual_dependence
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
 from mrfit.discover.evidence.work import Effort
@@ -32,7 +33,7 @@ from mrfit.discover.selection.questions import (
     Repetition,
     Try,
 )
-from mrfit.discover.stage import Settings, usual_dependence
+from mrfit.discover.stage import Settings
 from mrfit.discover.writing.regions import Region, beyond_training, in_words
 from mrfit.discover.writing.residual_shape import shape_in_words
 from mrfit.discover.writing.result import DiscoveryRequest

@@ -13,13 +13,14 @@ import pytest
 import mrfit.segment.stage
 from mrfit.core.progress import silent
 from mrfit.core.recording import Recording
-from mrfit.discover import stage
+from mrfit.discover import base_dependence, stage
+from mrfit.discover.base_dependence import Currents
 from mrfit.discover.evidence import plain_fit
 from mrfit.discover.evidence.work import Effort, shape_of_loop
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import Floors
 from mrfit.discover.selection.exact_base import Selection
-from mrfit.discover.stage import Currents, Settings, _fitter, run
+from mrfit.discover.stage import Settings, _fitter, run
 from mrfit.discover.writing.result import DiscoveryRequest, insufficient
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit import stage as fit_stage
@@ -486,17 +487,19 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
 
 
 @pytest.mark.parametrize(
-    ("other", "kept"),
+    ("gains", "other", "kept"),
     [
         # a yield force that bends more leaves an effect alone, which laws of the roles hid
-        ("named at 1.1 stribeck", True),
-        ("none at 1.1", True),
-        ("unexplained at 1.1", False),
-        ("named at 4.1 stribeck", False),
+        (True, "named at 1.1 stribeck", True),
+        (True, "none at 1.1", True),
+        (True, "unexplained at 1.1", False),
+        (True, "named at 4.1 stribeck", False),
+        # none of the effects leaves less beside it
+        (False, "", False),
     ],
 )
 def test_forces_bend_more_and_shapes_stay_constant_where_these_tell_more(
-    other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
+    gains: bool, other: str, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Any] = []
 
@@ -506,15 +509,52 @@ def test_forces_bend_more_and_shapes_stay_constant_where_these_tell_more(
 
     by_role = CurrentDependence((("fy", 2), ("a1", 2), ("c", 1)), 0.0, 1.0)
     monkeypatch.setattr(stage, "_judged", judged)
-    monkeypatch.setattr(stage, "usual_dependence", lambda *_: by_role)
+    monkeypatch.setattr(base_dependence, "usual_dependence", lambda *_: by_role)
+    monkeypatch.setattr(stage, "_gains_by", lambda *_: gains)
     monkeypatch.setattr(stage, "_started", lambda job, _: job)
     monkeypatch.setattr(
-        stage, "tested_currents", lambda *_: current_levels.TestedCurrents([0.0, 0.3, 0.6, 1.0], [], 0.0, 1.0)
+        base_dependence, "tested_currents", lambda *_: current_levels.TestedCurrents([0.0, 0.3, 0.6, 1.0], [], 0.0, 1.0)
     )
     decided = stage._DependenceChoice(decision("unexplained at 4.0"), Currents(CHOSEN))
     found = stage._with_plain_laws(JOB, decided)
-    assert asked == [(("fy", 3), ("c", 1))]
+    assert asked == [(("fy", 3), ("c", 1))] * gains
     assert (found is not decided) == kept
+
+
+@pytest.mark.parametrize(
+    ("errors", "gains"),
+    [
+        # of fitted and of held-out tests, beside each set of effects; the first laws leave 2, and 1.5 beside an effect
+        ({(): (2.0, 2.0)}, False),
+        ({(): (1.85, 2.1)}, False),
+        ({(): (1.75, 2.5)}, True),
+        ({(): (2.1, 1.75)}, True),
+        ({("stribeck",): (1.5, 1.2)}, True),
+        ({("inertia",): (1.5, 1.2)}, True),
+        # the fourth in the order of what they leave where they were fitted
+        ({("asymmetry",): (0.9, 0.9)}, False),
+    ],
+)
+def test_other_laws_of_current_are_decided_with_where_some_effects_leave_less_beside_them(
+    errors: dict[tuple[str, ...], tuple[float, float]], gains: bool
+) -> None:
+    asked: list[Any] = []
+
+    @dataclass(frozen=True)
+    class OtherLaws(LawsByRole):
+        """A fitter by which every set of effects leaves what it left before unless said otherwise."""
+
+        def refits(self, wanted: Any) -> Any:
+            """Return the fits that are asked for."""
+            asked.extend(w.effects for w in wanted)
+            left = [errors.get(w.effects, (1.5, 1.5) if w.effects else (2.0, 2.0)) for w in wanted]
+            return [SimpleNamespace(chi=lambda role, e=e: e[role == "holdout"]) for e in left]
+
+    names = {"stribeck": 1.5, "gas-spring": 1.4, "temperature": 1.3, "asymmetry": 1.6}
+    trials = [SimpleNamespace(fit=fit(1.5, e, train=train)) for e, train in names.items()]
+    found = decision("named at 1.5 inertia", trials, fitter=OtherLaws())
+    assert stage._gains_by(JOB, found, CHOSEN) == gains
+    assert asked == [(), ("inertia",), ("temperature",), ("gas-spring",), ("stribeck",)]
 
 
 @pytest.mark.parametrize(
@@ -640,7 +680,8 @@ def test_a_law_of_a_moving_current_that_bends_more_takes_the_place_of_an_effect_
         return decision(other, fitter=BentLaws(error=bent))
 
     monkeypatch.setattr(stage, "_judged", judged)
-    monkeypatch.setattr(stage, "tested_currents", lambda *_: current_levels.TestedCurrents([], [np.zeros(9)], 0.0, 1.0))
+    tested = current_levels.TestedCurrents([], [np.zeros(9)], 0.0, 1.0)
+    monkeypatch.setattr(base_dependence, "tested_currents", lambda *_: tested)
     plain = CurrentDependence((("fy", 1), ("c", 1)), 0.0, 2.0)
     decided = stage._DependenceChoice(decision(first, fitter=BentLaws(error=bent)), Currents(plain))
     found = stage._with_bent_laws(JOB, decided)
@@ -657,6 +698,6 @@ def test_a_yield_force_bends_no_more_than_the_tests_determine(
     levels: int, moves: bool, order: int, bent: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tested = current_levels.TestedCurrents([float(k) for k in range(levels)], [np.zeros(9)] * moves, 0.0, 1.0)
-    monkeypatch.setattr(stage, "tested_currents", lambda *_: tested)
+    monkeypatch.setattr(base_dependence, "tested_currents", lambda *_: tested)
     laws = CurrentDependence((("fy", order), ("c", 1), ("a1", "log1")), 0.0, 1.0)
-    assert stage.bent_more(laws, "tanh", JOB.data).orders == (("fy", bent), ("c", 1), ("a1", "log1"))
+    assert base_dependence.bent_more(laws, "tanh", JOB.data).orders == (("fy", bent), ("c", 1), ("a1", "log1"))
