@@ -114,8 +114,8 @@ def run_damper(hidden: Hidden, drive: Mapping[str, Array], name: str, folder: Pa
     parts = []
     for first, last in zip(ends[:-1], ends[1:], strict=True):
         own = slice(first * OVERSAMPLING, last * OVERSAMPLING)
-        rows = [r[own][None] for r in (path(time), path(time, 1), path(time, 2), current)]
-        motion = Motion(interval / OVERSAMPLING, *rows, np.array([levels[first]]))
+        x, v, a, i = (r[own][None] for r in (path(time), path(time, 1), path(time, 2), current))
+        motion = Motion(interval / OVERSAMPLING, x, v, a, i, np.array([levels[first]]))
         true = simulate(damper, hidden.effects, motion)
         parts.append((motion, true))
     joined = [np.hstack([row(m, t)[:, ::OVERSAMPLING] for m, t in parts]) for row in _SEEN]

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.command import deliver
-from mrfit.apply.inverse import REACHED, Inverter, is_explicit
+from mrfit.apply.inverse import Inverter, is_explicit
+from mrfit.apply.solving import REACHED
 from mrfit.apply.stepper import Stepper
 from tests.apply.dampers import MODELS, STEP, controllable, paper_tanh, wandered
 

@@ -72,7 +72,8 @@ def covered(rho: float, step: float, seeds: int) -> tuple[Array, Array]:
     settings = SearchSettings("lsq", 0, None, None, "none")
     hits, widths = [], []
     for seed in range(seeds):
-        group = build_group("all", *reversed(logs(rho, step, np.random.default_rng(seed))), assembly, split=False)
+        recordings, segments = logs(rho, step, np.random.default_rng(seed))
+        group = build_group("all", segments, recordings, assembly, split=False)
         group = replace(group, floors=[NoiseFloor(NOISE, "cycles", NOISE, NOISE)] * 3)
         found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
         point = found.point

@@ -20,8 +20,8 @@ from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
 
-import mrfit.fit.stage  # noqa: E402
 from mrfit.core.recording import Recording, Segment  # noqa: E402
+from mrfit.fit import stage as fit_stage  # noqa: E402
 from mrfit.io.workspace import Workspace  # noqa: E402
 from mrfit.simulate.assembly import assemble  # noqa: E402
 from mrfit.simulate.current_levels import default_orders  # noqa: E402
@@ -119,8 +119,8 @@ def error(made: Workspace, model: str, order: str, noise: float) -> tuple[float,
     """Return the error on held-out currents in units of the noise, the seconds a fit took, and its orders."""
     begin = time.perf_counter()
     name = "fit-" + re.sub(r"[^\w.-]", "-", order)
-    settings = mrfit.fit.stage.Settings(model, per="all", current_order=order, name=name)
-    fit = mrfit.fit.stage.run(made, settings)
+    settings = fit_stage.Settings(model, per="all", current_order=order, name=name)
+    fit = fit_stage.run(made, settings)
     whole = fit.pooled("holdout")
     orders = fit.current_dependence.orders if fit.current_dependence else {}
     return (

@@ -14,9 +14,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import mrfit
+from benchmarks.law_mismatch.methods import Asked
 from benchmarks.law_mismatch.protocol import Case, generated
 from benchmarks.law_mismatch.report import wilson
-from benchmarks.law_mismatch.runner import Asked, asked_of
+from benchmarks.law_mismatch.runner import asked_of
 from mrfit.api.preparing import as_asked, prepared
 from mrfit.api.threads import one_blas_thread
 from mrfit.core.progress import silent

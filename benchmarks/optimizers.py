@@ -20,12 +20,12 @@ from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
 
-import mrfit.fit.stage  # noqa: E402
 from benchmarks.command import COIL, run_mrfit  # noqa: E402
 from benchmarks.planted import problem  # noqa: E402
 from mrfit.cli.catalog import read_catalog  # noqa: E402
 from mrfit.core import registry  # noqa: E402
 from mrfit.errors import MrfitError  # noqa: E402
+from mrfit.fit import stage as fit_stage  # noqa: E402
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, search_optimum  # noqa: E402
 from mrfit.fit.select import read_dataset  # noqa: E402
 from mrfit.io.workspace import Workspace  # noqa: E402
@@ -77,7 +77,7 @@ def measured(
         run_mrfit(folder, *command)
     for model in models:
         try:
-            prepared = mrfit.fit.stage.prepare(read_dataset(Workspace(folder)), mrfit.fit.stage.Settings(model))
+            prepared = fit_stage.prepare(read_dataset(Workspace(folder)), fit_stage.Settings(model))
         except MrfitError:
             continue
         names = list(prepared.groups)

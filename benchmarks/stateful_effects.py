@@ -12,6 +12,7 @@ named, or is said to be one that the law could imitate. Effects named beside it 
 import argparse
 import json
 import time
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -71,7 +72,7 @@ def recordings(whole: Assembly, theta: np.ndarray, rng: np.random.Generator) -> 
     ]
 
 
-def row_of(effect: str, seed: int, number: int, wrong_law: bool) -> dict[str, object]:
+def row_of(effect: str, seed: int, number: int, wrong_law: bool) -> dict[str, Any]:
     """Return what discovery says of a case."""
     rng = np.random.default_rng(crc32(f"{effect}-{seed}-{number}".encode()))
     base = str(rng.choice(BASES))
