@@ -1,0 +1,51 @@
+"""Compare the error of a base that a discovery states with that of `mrfit fit`, on cases of the second rig.
+
+`python -m benchmarks.second_rig.stated FOLDER --every 3`, FOLDER as `python -m benchmarks.second_rig --keep` left it.
+"""
+
+import json
+from argparse import ArgumentParser
+from collections import Counter
+from pathlib import Path
+from shutil import copytree, ignore_patterns
+from tempfile import TemporaryDirectory
+
+from .__main__ import MOST_PROCESSOR_TIME, run_command
+
+
+def compared(case: Path) -> str:
+    """Return how the plain error of a case's base compares with that of its fit, in a word and both numbers."""
+    found = json.loads((case / "work" / "discover" / "discovery.json").read_text())
+    stated = found["gap"]["plain_before"]
+    with TemporaryDirectory() as folder:
+        work = Path(folder) / "work"
+        copytree(case / "work", work, ignore=ignore_patterns("discover", "fits"))
+        asked = ["fit", "--model", found["base_model"], "--per", "all", "--name", "stated", "--work", str(work)]
+        code, _ = run_command(asked, Path(folder) / "said.txt", MOST_PROCESSOR_TIME)
+        if code:
+            return "fit failed" if stated is None else f"fit failed, {stated} stated"
+        rows = json.loads((work / "fits" / "stated" / "fit.json").read_text())["metrics"]
+    own = next((r["nrmse"] for r in rows if (r["role"], r["condition"]) == ("holdout", "all")), None)
+    if stated is None:
+        return "left out" if any("plain errors" in part for part in found["left_out"]) else f"none stated, fit {own}"
+    return "equal" if stated == own else f"differs: {stated} stated, fit {own}"
+
+
+def main() -> None:
+    """Print how many are equal, and each that is not."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="kept cases")
+    parser.add_argument("--every", type=int, default=1, help="only each N-th case")
+    given = parser.parse_args()
+    counts: Counter[str] = Counter()
+    for path in sorted(given.folder.glob("*/work/discover/discovery.json"))[:: given.every]:
+        case = path.parents[2]
+        said = compared(case)
+        counts[said.partition(":")[0].partition(",")[0]] += 1
+        if said not in ("equal", "left out"):
+            print(f"{case.name}: {said}", flush=True)
+    print(", ".join(f"{word} {count}" for word, count in counts.items()))
+
+
+if __name__ == "__main__":
+    main()
