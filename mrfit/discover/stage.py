@@ -210,7 +210,7 @@ def _discovered(job: _Job) -> DiscoveryOutput:
     """Return the files of a decision, of another one where an examination believes nothing of the first."""
     decided = _decided(job)
     found, told = decided.judged, _examined(job, decided)
-    taken_back = found.chosen.verdict in DECIDED and told.found.verdict == "unexplained"
+    taken_back = found.chosen.verdict in DECIDED and told.found.verdict not in DECIDED
     # a law that is too plain leaves what an effect takes; with a gap it has been tried already
     if not taken_back or job.settings.current_order != "auto" or _may_err(found):
         return told

@@ -110,6 +110,10 @@ def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
     for error, verdict in ((1.2, "none"), (1.3, "unexplained")):
         small = replace(exact("named", "a", left=1.1), base=fit(error))
         assert combine(small, nothing, STANDARD).verdict == verdict
+    # a floor that is not known lies between 1 and the most that the noise can be
+    for error, verdict in ((1.2, "none"), (1.61, "insufficient-data"), (1.9, "unexplained")):
+        small = replace(exact("named", "a", left=1.46), base=fit(error))
+        assert combine(small, nothing, STANDARD, noise=1.44).verdict == verdict
     kept = combine(exact("named", "a", "b"), LawFindings(named=(effect("a"),)), STANDARD)
     assert (kept.verdict, kept.named) == ("named", ("a",)) and "b would take part" in kept.difference
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import mrfit.discover
 from mrfit.discover.evidence.gather import gather
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.selection.exact_base import Selection, decide, select, take_back, without_idle
+from mrfit.discover.selection.exact_base import Selection, decide, select, take_back, without_idle, without_noise
 from mrfit.discover.selection.questions import Contrast, Fit, Growth, Join, Repetition, Try
 from mrfit.discover.selection.rules import leaves_too_much
 from tests.discover.world import UNCLEAR, World, fit
@@ -242,6 +242,32 @@ def test_what_stays_of_a_pair_and_takes_nothing_is_not_named() -> None:
     base, better = fit(2.0), fit(1.5, "a")
     held = Selection(base, better, better, World({(): 2.0}).ask_screening())
     assert without_idle(held) is held and without_idle(replace(held, final=fit(2.0, "a"))).final == base
+
+
+@pytest.mark.parametrize(
+    ("base", "final", "named"),
+    [
+        # fitted and held out, in multiples of the noise floors
+        ((0.98, 0.99), (0.97, 0.96), False),
+        ((1.04, 1.04), (0.8, 0.8), False),
+        # something is left above the floors, of one role at least
+        ((0.98, 1.06), (0.97, 0.96), True),
+        ((1.06, 0.98), (0.97, 0.96), True),
+        # the floors are too high: nothing can be said by them
+        ((1.0, 1.0), (0.7, 0.9), True),
+        ((1.0, 1.0), (0.9, 0.7), True),
+    ],
+)
+def test_what_takes_a_part_of_the_noise_is_not_named(
+    base: tuple[float, float], final: tuple[float, float], named: bool
+) -> None:
+    alone, beside = fit(base[1], train=base[0]), fit(final[1], "a", train=final[0])
+    chosen = Selection(alone, beside, beside, World({(): base[1]}).ask_screening(), ambiguous=(("a", "b"),))
+    found = without_noise(chosen, STANDARD)
+    assert (found is chosen) == named
+    if not named:
+        assert found.final == alone and found.ambiguous == ()
+        assert found.reasons == {"a": "the error without it is that of the noise"}
 
 
 def test_an_effect_that_follows_a_drift_is_taken_out() -> None:

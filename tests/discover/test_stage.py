@@ -564,6 +564,8 @@ def test_other_laws_of_current_are_decided_with_where_some_effects_leave_less_be
         ("named at 1.0 relief-valve", "unexplained", False, "auto", True),
         ("none at 1.0", "none", False, "auto", False),
         ("named at 1.0 inertia", "named", False, "auto", False),
+        ("named at 1.0 relief-valve", "insufficient-data", False, "auto", True),
+        ("insufficient-data at 1.0", "insufficient-data", False, "auto", False),
         # a gap, with which plain laws were tried before
         ("named at 2.6 relief-valve", "unexplained", True, "auto", True),
         ("unexplained at 2.6", "unexplained", True, "auto", True),

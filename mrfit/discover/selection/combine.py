@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from mrfit.discover.invariance.findings import LawFindings, significance
 from mrfit.discover.policy import Policy
 from mrfit.discover.selection.exact_base import Selection
+from mrfit.discover.selection.rules import word_of_unknown_noise
 from mrfit.io.schemas.discovery import InvariantEffect
 
 # Verdicts that leave nothing unexplained
@@ -161,7 +162,12 @@ def leaves_noise(chosen: Selection, floors: Floors, policy: Policy) -> bool:
 
 
 def combine(
-    chosen: Selection, examined: LawFindings | None, policy: Policy, noisy: bool = False, told: bool = False
+    chosen: Selection,
+    examined: LawFindings | None,
+    policy: Policy,
+    noisy: bool = False,
+    told: bool = False,
+    noise: float = 1.0,
 ) -> CombinedResult:
     """Return the result of both ways; without an examination, that of the base taken as exact.
 
@@ -179,6 +185,8 @@ def combine(
         not told only if its effects take much of the error and the examination confirms them.
     told
         Whether no floor can hold the error of a law, see ``Floors``: a gap above it then is one.
+    noise
+        The most that the noise can be, in multiples of the floor: 1 where it is known.
     """
     exact = CombinedResult(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable or chosen.verdict == "none":
@@ -194,7 +202,7 @@ def combine(
         return exact
     if noisy and told and closes_the_gap(chosen, policy):
         return exact
-    return _beside_open_law(chosen, standing, shadows, policy)
+    return _beside_open_law(chosen, standing, shadows, policy, noise)
 
 
 def of_no_use(
@@ -234,7 +242,9 @@ def of_no_use(
     )
 
 
-def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow, policy: Policy) -> CombinedResult:
+def turned_down(
+    chosen: Selection, combined: CombinedResult, shadow: Shadow, policy: Policy, noise: float = 1.0
+) -> CombinedResult:
     """Return a result beside an open law in which an effect that stood is not believed.
 
     Parameters
@@ -247,18 +257,24 @@ def turned_down(chosen: Selection, combined: CombinedResult, shadow: Shadow, pol
         The effect and the reason against it.
     policy
         The thresholds.
+    noise
+        The most that the noise can be, in multiples of the floor.
     """
     rest = tuple(n for n in combined.standing if n.name != shadow.name)
-    return _beside_open_law(chosen, rest, (*combined.shadows, shadow), policy)
+    return _beside_open_law(chosen, rest, (*combined.shadows, shadow), policy, noise)
 
 
 def _beside_open_law(
-    chosen: Selection, standing: tuple[InvariantEffect, ...], shadows: tuple[Shadow, ...], policy: Policy
+    chosen: Selection,
+    standing: tuple[InvariantEffect, ...],
+    shadows: tuple[Shadow, ...],
+    policy: Policy,
+    noise: float,
 ) -> CombinedResult:
-    """Return the result with the effects that stand whatever the law is."""
+    """Return the result with the effects that stand whatever the law is; without any, what the base leaves decides."""
     if not standing:
         back = bool(chosen.final.effects)
-        alone = "unexplained" if chosen.base.holdout > policy.clearly_above else "none"
+        alone = word_of_unknown_noise(chosen.base.holdout, noise, noise <= 1.0, policy)
         return CombinedResult(
             alone if back else chosen.verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back
         )

@@ -37,6 +37,7 @@ from mrfit.discover.selection.rules import (
     worth_a_refit,
 )
 from mrfit.discover.selection.stepwise import grow, prune, prune_each
+from mrfit.signal.output_floor import SAME_FLOOR_RATIO
 
 UNSEEN = "its sensitivity is not in the error"
 
@@ -151,7 +152,8 @@ def decide(source: EvidenceSource, policy: Policy) -> Selection:
     for name in chosen.effects:
         strength = source.strength(chosen.final, name)
         chosen = chosen.because(name, f"its parameter is {strength:.0f} standard errors from neutral")
-    return comparison.with_verdict(take_back(without_idle(chosen), source.noise, policy))
+    chosen = take_back(without_noise(without_idle(chosen), policy), source.noise, policy)
+    return comparison.with_verdict(chosen)
 
 
 @dataclass(frozen=True)
@@ -319,6 +321,19 @@ def without_idle(chosen: Selection) -> Selection:
         return chosen
     reason = "what was left beside it does not lower the error on held-out conditions"
     return replace(chosen.because_of(dict.fromkeys(chosen.effects, reason)), final=chosen.base, ambiguous=())
+
+
+def without_noise(chosen: Selection, policy: Policy) -> Selection:
+    """Leave out all effects if the base alone leaves no more than the noise floors, and they no less than these allow.
+
+    What they take then is noise. Where they leave much less, the floors are too high, and no floors at all.
+    """
+    base, final = chosen.base, chosen.final
+    above = max(base.train, base.holdout) > policy.at_the_floor
+    if not final.effects or above or min(final.train, final.holdout) < 1.0 / SAME_FLOOR_RATIO:
+        return chosen
+    reason = "the error without it is that of the noise"
+    return replace(chosen.because_of(dict.fromkeys(chosen.effects, reason)), final=base, ambiguous=())
 
 
 def take_back(chosen: Selection, noise: float, policy: Policy) -> Selection:

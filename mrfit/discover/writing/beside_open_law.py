@@ -67,10 +67,10 @@ def beside_open_law(
     """
     fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
     examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
-    combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told)
+    combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told, floors.noise)
     fits = _HeldFits.of(fitter, base, combined)
     while shadow := of_no_use(combined.standing, fits.without, fits.gap.after, policy):
-        combined = turned_down(chosen, combined, shadow, policy)
+        combined = turned_down(chosen, combined, shadow, policy, floors.noise)
         fits = _HeldFits.of(fitter, base, combined)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
     held = held_at(combined.standing)
