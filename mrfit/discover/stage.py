@@ -448,12 +448,17 @@ def _not_determined(job: _Job, decided: _DependenceChoice) -> str:
 
 
 def _is_plainer(job: _Job, found: _JudgedDependence, laws: CurrentDependence | None, most: float) -> bool:
-    """Return whether laws of current leave no more than effects that are such laws, but for a factor on its square."""
+    """Return whether laws of current leave no more than effects that are such laws, but for a factor on its square.
+
+    Where only noise is left it may be a little more.
+    """
     final = found.chosen.final
     rest = tuple(e for e in final.effects if not is_law_of_current(registry.load("effect", e).SPEC))
     if rest == final.effects:
         return False
     (plain,) = _refits_by(job, found, laws, [RefitRequest(rest, (final.values,))])
+    if max(plain.chi("train"), plain.chi("holdout")) <= STANDARD.at_the_floor:
+        most = max(most, STANDARD.simpler_error)
     return plain.chi("holdout") ** 2 <= most * final.holdout**2
 
 

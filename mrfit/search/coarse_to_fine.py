@@ -344,5 +344,5 @@ def _every(block: SegmentBlock, step: int) -> SegmentBlock:
         target=block.target[::step].copy(),
         nodes=(block.nodes[::step] - offset) // step,
         weights=np.ascontiguousarray(block.weights[::step]),
-        counts=np.full(len(block.target[::step]), float(step)),
+        counts=block.counts[::step] * step,
     )

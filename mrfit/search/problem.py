@@ -48,7 +48,7 @@ class SegmentBlock:
         Target b stands beside Σ_k weights[b, k]·simulated[nodes[b, k]], both (B, S): one sample itself, or four on the
         grid of a folded cycle, of the cubic through which the mean is taken over the target's samples.
     counts
-        Samples each target stands for (B,).
+        Samples each target stands for (B,); 0 where a sample is not compared.
     scatter
         Sum of squares of the samples about their targets: what no model can remove.
     method
@@ -227,7 +227,7 @@ def cubic_weights(first: Array, second: Array, third: Array) -> Array:
 
 
 def differences(block: SegmentBlock, assembly: Assembly, theta: Array) -> Array:
-    """Return simulated − measured at the targets of a block, (P, K) -> (P, B).
+    """Return simulated − measured at the targets of a block, (P, K) -> (P, B); 0 at those that stand for no sample.
 
     The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
     """
@@ -239,7 +239,7 @@ def differences_of(block: SegmentBlock, assembly: Assembly, simulated: Array) ->
     """Return the same of outputs that are simulated already, (P, W + M) -> (P, B)."""
     delta = np.empty((len(simulated), len(block.target)))
     with np.errstate(all="ignore"):
-        _compare(block, assembly, simulated, np.ones(len(block.target)), 1, delta)
+        _compare(block, assembly, simulated, (block.counts > 0.0).astype(np.float64), 1, delta)
     return delta
 
 

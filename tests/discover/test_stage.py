@@ -662,13 +662,15 @@ class BentLaws(LawsByRole):
     ("first", "bent", "other", "kept"),
     [
         # the law of a moving current was too plain: no effect leaves less than one that bends more
-        ("named at 1.05 current-saturation", 1.04, "none at 1.04", True),
-        ("named at 1.05 current-saturation", 1.06, "", False),
+        ("named at 1.15 current-saturation", 1.14, "none at 1.14", True),
+        ("named at 1.15 current-saturation", 1.16, "", False),
+        # at the noise it is no more
+        ("named at 0.96 current-saturation", 0.97, "none at 0.97", True),
         # the decision with it is open, or has as many effects
-        ("named at 1.05 current-saturation", 1.04, "unexplained at 1.04", False),
-        ("named at 1.05 current-saturation", 1.04, "named at 1.04 inertia", False),
+        ("named at 1.15 current-saturation", 1.14, "unexplained at 1.14", False),
+        ("named at 1.15 current-saturation", 1.14, "named at 1.14 inertia", False),
         # no effect was named that is such a law
-        ("named at 1.05 inertia", 1.04, "", False),
+        ("named at 1.15 inertia", 1.14, "", False),
         ("unexplained at 4.0", 1.04, "", False),
     ],
 )

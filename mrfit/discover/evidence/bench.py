@@ -13,6 +13,7 @@ from mrfit.discover.policy import STANDARD, Policy
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.search.problem import SegmentBlock, differences, full_block
+from mrfit.signal.clipping import clipped
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import (
     SAME_FLOOR_RATIO,
@@ -179,7 +180,9 @@ def build_bench(
         _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, least)
         for s, noise in zip(segments, floors, strict=True)
     ]
-    stretches = [_straightened(s) for s in stretches]
+    stretches = [
+        _without_clipped(_straightened(s), recordings[s.segment.recording], base.spec.output) for s in stretches
+    ]
     return Bench(tuple(stretches), frozenset([*common, TIME_CHANNEL]), lacking, span, policy.least_floor)
 
 
@@ -224,6 +227,16 @@ def _straightened(stretch: Stretch) -> Stretch:
     counted = stretch.counted and replace(stretch.counted, target=target)
     block = replace(stretch.block, target=target)
     return replace(stretch, block=block, counted=counted, level_rate=drift.level_rate)
+
+
+def _without_clipped(stretch: Stretch, recording: Recording, output: str) -> Stretch:
+    """Return a stretch that does not compare samples at which its output was clipped."""
+    lost = clipped(recording, stretch.segment, output)
+    if not lost.any():
+        return stretch
+    counts = np.where(lost, 0.0, stretch.block.counts)
+    counted = stretch.counted and replace(stretch.counted, counts=counts)
+    return replace(stretch, block=replace(stretch.block, counts=counts), counted=counted)
 
 
 def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:

@@ -34,6 +34,8 @@ class Record:
         Frequency below which nearly all of the speed's power lies, in Hz.
     noise
         RMS of the output's white noise.
+    compared
+        Share of each sample's output that counts (N,): 0 where it was clipped; None for all.
     """
 
     condition: str
@@ -44,6 +46,7 @@ class Record:
     made: str
     fastest: float
     noise: float
+    compared: Array | None = None
 
     @property
     def motion(self) -> tuple[str, str, str]:
@@ -91,7 +94,12 @@ def from_block(block: SegmentBlock, names: Sequence[str], output: str) -> Record
     lead = int(block.nodes[0, 0])
     drive = block.drive[:, : lead + len(block.target)]
     channels = dict(zip(names, drive, strict=True))
-    return thinned(block.segment.condition, block.dt, channels, block.target, output)
+    record = thinned(block.segment.condition, block.dt, channels, block.target, output)
+    if block.counts.all():
+        return record
+    every, count = int(round(record.dt / block.dt)), len(record.output)
+    counts = (block.counts > 0.0).astype(np.float64)
+    return replace(record, compared=_means(counts[: every * count], every))
 
 
 def thinned(condition: str, dt: float, channels: Mapping[str, Array], output: Array, made: str) -> Record:

@@ -29,6 +29,8 @@ class RegressionData:
         Samples of each record that make a row.
     targets
         Output of each row over its range, per record (n,).
+    compared
+        Whether each row counts, 1 or 0, per record (n,).
     groups
         Group of each row, per record (n,): conditions, or pieces of few.
     known
@@ -40,6 +42,7 @@ class RegressionData:
     motions: tuple[RecordMotion, ...]
     every: tuple[int, ...]
     targets: tuple[Array, ...]
+    compared: tuple[Array, ...]
     groups: tuple[Index, ...]
     known: Mapping[str, ExaminedEffect]
     _made: dict[tuple[int, bytes], Columns] = field(default_factory=dict, repr=False)
@@ -126,6 +129,7 @@ def setting_of(
         motions=tuple(motion_of(r, b, scales) for r, b in zip(records, base, strict=True)),
         every=every,
         targets=tuple(targets),
+        compared=tuple(_compared(r, k) for r, k in zip(records, every, strict=True)),
         groups=_groups(records, [len(t) for t in targets], policy),
         known={e.name: e for e in effects},
     )
@@ -137,8 +141,19 @@ def _row(record: Record) -> int:
 
 
 def _targets(record: Record, every: int) -> Array:
-    count = len(record.output) // every
-    return record.output[: count * every].reshape(count, every).mean(axis=1)
+    return _row_means(record.output, every)
+
+
+def _compared(record: Record, every: int) -> Array:
+    """Return 1 for each row of which every sample counts, 0 for others."""
+    own = np.ones(len(record.output)) if record.compared is None else record.compared
+    return np.floor(_row_means(own, every))
+
+
+def _row_means(values: Array, every: int) -> Array:
+    count = len(values) // every
+    means: Array = values[: count * every].reshape(count, every).mean(axis=1)
+    return means
 
 
 def _groups(records: Sequence[Record], rows: Sequence[int], policy: Policy) -> tuple[Index, ...]:

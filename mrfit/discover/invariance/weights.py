@@ -15,8 +15,8 @@ from mrfit.discover.policy import STANDARD
 
 
 def equal(setting: RegressionData) -> list[Array]:
-    """Return weights of 1, per record (n,)."""
-    return [np.ones(len(t)) for t in setting.targets]
+    """Return weights of 1, per record (n,), 0 for rows that do not count."""
+    return list(setting.compared)
 
 
 def weights_of(setting: RegressionData, state: State) -> list[Array]:
@@ -32,7 +32,7 @@ def weights_of(setting: RegressionData, state: State) -> list[Array]:
         own = np.concatenate([e[p == k] ** 2 / m for e, p, m in zip(errors, places, mean, strict=True)])
         if len(own) > STANDARD.weight_rows:
             factors[k] = np.clip(own.mean(), *STANDARD.weight_bounds)
-    found = [1.0 / np.sqrt(m * factors[p]) for m, p in zip(mean, places, strict=True)]
+    found = [c / np.sqrt(m * factors[p]) for c, m, p in zip(setting.compared, mean, places, strict=True)]
     size = np.sqrt(np.mean(np.concatenate(found) ** 2))
     return [f / size for f in found]
 
@@ -47,7 +47,9 @@ def residuals(setting: RegressionData, state: State, made: GramTable, level: int
     gram = made.total
     found = made.solve(gram, effects=0) if level is None else made.solve(gram, level, effects=0)
     rows = rows_of(setting, state)
-    return [t - law @ found[: made.size] for t, law in zip(rows.target, rows.law, strict=True)]
+    return [
+        c * (t - law @ found[: made.size]) for c, t, law in zip(setting.compared, rows.target, rows.law, strict=True)
+    ]
 
 
 def rms(parts: Sequence[Array]) -> float:

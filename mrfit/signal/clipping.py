@@ -1,0 +1,35 @@
+"""Samples at which a sensor stood at the end of its range: what it measured there was more."""
+
+import numpy as np
+from scipy.ndimage import binary_closing
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Mask
+
+CLIPPED_SHARE, FEWEST_CLIPPED = 0.005, 10
+"""Least share of all samples at an end of the range that is clipped, and their least number."""
+CUT_GAP = 5
+"""Most samples for which noise takes a clipped signal off its limit."""
+
+
+def clipped(recording: Recording, segment: Segment, channel: str) -> Mask:
+    """Return the samples (N,) of a segment at which a channel was clipped, by what was found when it was read.
+
+    Parameters
+    ----------
+    recording
+        Holds the channel and the findings on it.
+    segment
+        Part of the recording.
+    channel
+        Its name.
+    """
+    mask = np.zeros(segment.stop - segment.start, dtype=bool)
+    if not any(f.kind == "clipped" and f.channel == channel for f in recording.findings):
+        return mask
+    values = recording.channels[channel][:]
+    for end in (values.min(), values.max()):
+        at_end = values == end
+        if np.count_nonzero(at_end) >= max(FEWEST_CLIPPED, CLIPPED_SHARE * len(values)):
+            mask |= binary_closing(at_end, np.ones(CUT_GAP + 2, dtype=bool))[segment.start : segment.stop]
+    return mask
