@@ -5,9 +5,10 @@ from scipy.ndimage import binary_closing
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Mask
+from mrfit.signal.runs import longest_run
 
-CLIPPED_SHARE, FEWEST_CLIPPED = 0.005, 10
-"""Least share of all samples at an end of the range that is clipped, and their least number."""
+CLIPPED_SHARE, FEWEST_CLIPPED, CLIPPED_RUN = 0.005, 10, 5
+"""Least share of all samples at an end of the range that is clipped, their least number, and so many in a row."""
 CUT_GAP = 5
 """Most samples for which noise takes a clipped signal off its limit."""
 
@@ -30,6 +31,14 @@ def clipped(recording: Recording, segment: Segment, channel: str) -> Mask:
     values = recording.channels[channel][:]
     for end in (values.min(), values.max()):
         at_end = values == end
-        if np.count_nonzero(at_end) >= max(FEWEST_CLIPPED, CLIPPED_SHARE * len(values)):
-            mask |= binary_closing(at_end, np.ones(CUT_GAP + 2, dtype=bool))[segment.start : segment.stop]
+        if stands(at_end):
+            # closing leaves out what is next to the record's ends
+            lost = at_end | binary_closing(at_end, np.ones(CUT_GAP + 2, dtype=bool))
+            mask |= lost[segment.start : segment.stop]
     return mask
+
+
+def stands(at_end: Mask) -> bool:
+    """Return whether a signal is at an end of its range often, and at least once for long, as where it is clipped."""
+    often = np.count_nonzero(at_end) >= max(FEWEST_CLIPPED, CLIPPED_SHARE * len(at_end))
+    return bool(often and longest_run(at_end) >= CLIPPED_RUN)

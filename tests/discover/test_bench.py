@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from mrfit.core import registry
-from mrfit.core.recording import Recording
+from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench, build_bench, effects_for, with_residual_floors
 from mrfit.errors import DataError
 from mrfit.search.parts import parts_of
+from mrfit.search.problem import differences
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_rules import segment
@@ -119,3 +120,18 @@ def test_what_counts_from_the_beginning_of_a_recording_is_led_in_by_all_of_it(st
         simulated = block.at_targets(whole.simulate(block.drive, theta, DT))[0]
         assert simulated == pytest.approx(force[start:], abs=5e-3 * np.ptp(force))
     assert stretch.block_for(assemble("dahl")).drive.shape[1] < 2 * COUNT
+
+
+def test_a_sample_at_which_the_output_was_clipped_counts_for_nothing() -> None:
+    own, base = replace(segment("train", "0", COUNT), recording="0"), assemble("regularised-bingham")
+    force = 800.0 * V + np.random.default_rng(3).standard_normal(COUNT)
+    limit = 0.8 * np.max(force)
+    cut = Recording("0", "r.csv", "r", "none", DT, 0.0, {"velocity": V, "force": np.minimum(force, limit)}, {})
+    found = [replace(cut, findings=own) for own in ((), (Finding("clipped", "force", 0.0, "it is clipped"),))]
+    whole, kept = (build_bench([own], {"0": r}, base, []).stretches[0] for r in found)
+    assert np.all(kept.block.counts[force > limit + 5.0] == 0.0)
+    assert np.all(kept.block.counts[force < limit - 5.0] == 1.0) and np.all(whole.block.counts == 1.0)
+    theta = np.array([[p.start for p in base.spec.params]])
+    counts = kept.block.counts > 0.0
+    every, some = (differences(s.block_for(base), base, theta)[0] for s in (whole, kept))
+    assert np.all(some[~counts] == 0.0) and np.array_equal(some[counts], every[counts])

@@ -6,8 +6,8 @@ import numpy as np
 
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
-from mrfit.ingest.meaning.sanity import Flanks, away_from_the_ends, longest_run, rectangular
-from mrfit.signal.runs import runs
+from mrfit.ingest.meaning.sanity import Flanks, away_from_the_ends, rectangular
+from mrfit.signal.runs import longest_run, runs
 from mrfit.signal.stuck import FEWEST_JUDGED, STUCK_KIND, stuck_rows
 
 FEW_OUTSIDE = (0.1, 99.9)

@@ -11,10 +11,10 @@ from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.meaning.conditions import main_frequency
+from mrfit.signal.clipping import CUT_GAP, stands
 from mrfit.signal.runs import runs
 
 LEVELS_OF_A_DEAD_CHANNEL = 3
-CLIPPED_SHARE = 0.005
 OFFSET_SHARE = 0.25
 RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
@@ -22,8 +22,6 @@ FLANK, FLANKS, STRAIGHT_FLANK = 8, 20, 1e-3
 """Least samples of a way between two ends, so many of them, and a bend in their height that is none."""
 OUTPUTS_WITH_NOISE = ("force", "torque", "acceleration")
 """Channels that are no commands: these are held at a limit by their controllers."""
-CUT_GAP = 5
-"""Most samples for which noise takes a clipped signal off its limit."""
 CUT_GAPS, CUT_SHARE = 10, 0.2
 """Fewest times that it does so, and least share of all times that the signal leaves its limit."""
 CUT_DEPTH, CUT_TAIL = 0.2, 2.2
@@ -156,13 +154,13 @@ def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> 
 def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, float], noisy: bool) -> bool:
     """Whether a signal stands at one of its ends longer than its shape explains, or its noise where it is ``noisy``."""
     count = int(np.count_nonzero(at_end))
-    if count < max(10, CLIPPED_SHARE * len(values)):
+    if not stands(at_end):
         return False
     near = values[np.abs(values - end) < 0.05 * (ends[1] - ends[0])]
     _, counts = np.unique(near, return_counts=True)
     others = counts[:-1] if end == ends[1] else counts[1:]
     # a rounded sine stands on its last level 2.4 times as long as on the next
-    if count <= 6 * int(others.max(initial=1)) or longest_run(at_end) < 5:
+    if count <= 6 * int(others.max(initial=1)):
         return False
     if noisy and _amid_noise(values, at_end, end):
         return True
@@ -237,11 +235,6 @@ def rectangular(values: Array, ends: tuple[float, float]) -> bool:
     low, high = ends
     inside = (values > low + 0.1 * (high - low)) & (values < high - 0.1 * (high - low))
     return bool(np.mean(inside) < 0.2)
-
-
-def longest_run(mask: np.ndarray) -> int:
-    """Return the most neighbouring samples for which a mask is true."""
-    return int(np.max(np.diff(runs(mask)), initial=0))
 
 
 def _power_sign(record: Recording) -> list[Finding]:

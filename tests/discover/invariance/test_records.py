@@ -1,13 +1,20 @@
 """Records are means of what was measured, at no more samples than the motion needs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mrfit.discover.invariance.base import none
-from mrfit.discover.invariance.records import thinned, with_steady_currents
+from mrfit.discover.invariance.estimate import table
+from mrfit.discover.invariance.records import from_block, thinned, with_steady_currents
 from mrfit.discover.invariance.setting import setting_of
+from mrfit.discover.invariance.weights import equal, residuals, weights_of
 from mrfit.discover.policy import STANDARD
+from mrfit.search.problem import full_block
+from mrfit.signal.smoothing import Drive
 from tests.discover.invariance.specimens import records
+from tests.discover.test_rules import segment
 
 RATE = 4000.0
 
@@ -69,3 +76,22 @@ def test_few_conditions_are_cut_into_pieces(conditions: int, whole: bool) -> Non
     own = setting_of(rows, none(rows).terms, [], STANDARD)
     assert own.count == conditions if whole else own.count > conditions
     assert {len(set(g.tolist())) for g in own.groups} == {1} if whole else max(len(set(g)) for g in own.groups) > 1
+
+
+def test_a_row_with_a_clipped_sample_has_no_weight_and_no_residual() -> None:
+    made, count = channels(2.0), int(2 * RATE)
+    block = full_block(
+        segment("train", "0", count),
+        Drive(np.stack([*made.values()]), 0, 1.0 / RATE, "none", {}, None),
+        1000.0 * made["velocity"],
+    )
+    counts = np.ones(count)
+    counts[1000:1101] = 0.0
+    record = from_block(replace(block, counts=counts), [*made], "force")
+    assert record.compared is not None and from_block(block, [*made], "force").compared is None
+    setting = setting_of([record] * 2, none([record] * 2).terms, [], STANDARD)
+    lost = setting.compared[0] == 0.0
+    width = len(record.output) * (count // len(record.output)) // len(lost)
+    assert np.array_equal(np.flatnonzero(lost), np.arange(1000 // width, 1100 // width + 1))
+    assert np.array_equal(weights_of(setting, {})[0] > 0.0, ~lost)
+    assert np.all(residuals(setting, {}, table(setting, equal(setting), {}))[0][lost] == 0.0)
