@@ -116,6 +116,6 @@ def residual_table(part: SegmentPart, simulated: Array, assembly: Assembly) -> A
 def residual_columns(part: SegmentPart, simulated: Array, assembly: Assembly) -> dict[str, Array]:
     """Return time, measured and simulated output and the model's inputs of a part, each (N,)."""
     block = part.block
-    time = (part.before + np.arange(block.samples, dtype=np.float64)) * part.dt
+    time = (part.before + np.arange(len(block.target), dtype=np.float64)) * part.dt
     columns = {"time": time, "measured": part.output, "simulated": simulated}
     return columns | {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}

@@ -17,8 +17,9 @@ from mrfit.io.schemas.fit import Caution, Conditioning, Covariance, MetricRow, P
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Blocks
 from mrfit.search.problem import SegmentBlock, differences_of
-from mrfit.signal.metrics import absorbed_energy, error_sums, together
+from mrfit.signal.metrics import ErrorSums, absorbed_energy, error_sums, together
 from mrfit.signal.noise_floor import NoiseFloor
+from mrfit.signal.runs import runs
 from mrfit.simulate.assembly import Assembly
 
 NO_LIMITS: Mapping[str, float] = MappingProxyType({})
@@ -204,7 +205,7 @@ def metric_rows(
 ) -> list[MetricRow]:
     """Return one row of errors per condition and role, and one ``all`` row per role."""
     segments = blocks.segments
-    sums = [error_sums(b.target, y, work_drive(b, assembly)) for b, y in zip(blocks, simulated, strict=True)]
+    sums = [_errors_of(b, y, assembly) for b, y in zip(blocks, simulated, strict=True)]
     rows = []
     for role in (r for r in ("train", "holdout", "predict") if any(s.role == r for s in segments)):
         chosen = [k for k, s in enumerate(segments) if s.role == role]
@@ -216,6 +217,17 @@ def metric_rows(
             row = MetricRow(condition=condition, role=role, samples=whole.samples, **whole.measures())
             rows.append(replace(row, noise_floor=float(np.sqrt(power))))
     return rows
+
+
+def _errors_of(block: SegmentBlock, simulated: Array, assembly: Assembly) -> ErrorSums:
+    """Return the sums of the error measures over the samples that are compared; others do no work."""
+    drive = work_drive(block, assembly)
+    if block.counts.all():
+        return error_sums(block.target, simulated, drive)
+    own = block.counts > 0.0
+    lengths = np.diff(runs(own))[:, 0]
+    starts = np.cumsum([0, *lengths[:-1]]).tolist()
+    return error_sums(block.target[own], simulated[own], None if drive is None else drive[own], starts)
 
 
 def passivity_rows(blocks: Sequence[SegmentBlock], simulated: Sequence[Array], assembly: Assembly) -> list[Passivity]:

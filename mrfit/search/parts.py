@@ -8,9 +8,10 @@ from typing import TypeVar, overload
 import numpy as np
 
 from mrfit.core.recording import Recording, Segment
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Mask
 from mrfit.io.columns import is_on_disk, laid_beside, part_of
 from mrfit.search.problem import SegmentBlock, folded_block, full_block, period_of
+from mrfit.signal.clipping import clipped
 from mrfit.signal.long_segments import pieces
 from mrfit.signal.smoothing import Drive, from_the_beginning, smooth
 from mrfit.simulate.assembly import Assembly
@@ -58,6 +59,8 @@ class SegmentPart:
         Whether its block is kept once it is made: those of a long segment would not all fit into memory.
     values
         The inputs one by one, where they stay on disk and the drive is without values.
+    lost
+        Samples at which the output was clipped, which are not compared (N,); None for none.
     """
 
     segment: Segment
@@ -66,6 +69,7 @@ class SegmentPart:
     before: int = 0
     kept: bool = True
     values: tuple[Array, ...] = ()
+    lost: Mask | None = None
 
     @property
     def dt(self) -> float:
@@ -88,7 +92,9 @@ class SegmentPart:
         return self._block if self.kept else self._made()
 
     def folded(self, ahead: int) -> SegmentBlock:
-        """Return the block that is searched, see ``folded_block``."""
+        """Return the block that is searched, see ``folded_block``; the full one where samples are lost."""
+        if self.lost is not None:
+            return self.block
         return folded_block(self.segment, self._driven(), np.asarray(self.output), ahead)
 
     def inputs(self, row: int) -> Array:
@@ -102,7 +108,8 @@ class SegmentPart:
         return self._made()
 
     def _made(self) -> SegmentBlock:
-        return full_block(self.segment, self._driven(), np.asarray(self.output))
+        block = full_block(self.segment, self._driven(), np.asarray(self.output))
+        return block if self.lost is None else replace(block, counts=np.where(self.lost, 0.0, block.counts))
 
     def _driven(self) -> Drive:
         """Return the drive with its values, which are read where they stay on disk."""
@@ -173,7 +180,10 @@ def parts_of(segment: Segment, recording: Recording, assembly: Assembly, output:
         Measured output over the recording.
     """
     found = pieces(segment, recording.dt)
-    return [_part(s, recording, assembly, output, (s.start - segment.start, len(found) == 1)) for s in found]
+    parts = [_part(s, recording, assembly, output, (s.start - segment.start, len(found) == 1)) for s in found]
+    lost = clipped(recording, segment, assembly.spec.output)
+    own = [lost[p.before : p.before + p.segment.samples] for p in parts]
+    return [replace(p, lost=m) if m.any() and not m.all() else p for p, m in zip(parts, own, strict=True)]
 
 
 def _part(

@@ -232,14 +232,15 @@ def differences(block: SegmentBlock, assembly: Assembly, theta: Array) -> Array:
     The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
     """
     with np.errstate(all="ignore"):
-        return differences_of(block, assembly, assembly.simulate(block.drive, theta, block.dt))
+        delta = differences_of(block, assembly, assembly.simulate(block.drive, theta, block.dt))
+    return delta if block.counts.all() else np.where(block.counts > 0.0, delta, 0.0)
 
 
 def differences_of(block: SegmentBlock, assembly: Assembly, simulated: Array) -> Array:
-    """Return the same of outputs that are simulated already, (P, W + M) -> (P, B)."""
+    """Return simulated − measured at all targets, of outputs that are simulated already, (P, W + M) -> (P, B)."""
     delta = np.empty((len(simulated), len(block.target)))
     with np.errstate(all="ignore"):
-        _compare(block, assembly, simulated, (block.counts > 0.0).astype(np.float64), 1, delta)
+        _compare(block, assembly, simulated, np.ones(len(block.target)), 1, delta)
     return delta
 
 

@@ -28,14 +28,15 @@ def clipped(recording: Recording, segment: Segment, channel: str) -> Mask:
     mask = np.zeros(segment.stop - segment.start, dtype=bool)
     if not any(f.kind == "clipped" and f.channel == channel for f in recording.findings):
         return mask
-    values = recording.channels[channel][:]
+    values = np.asarray(recording.channels[channel])
     for end in (values.min(), values.max()):
         at_end = values == end
         if stands(at_end):
             # closing leaves out what is next to the record's ends
             lost = at_end | binary_closing(at_end, np.ones(CUT_GAP + 2, dtype=bool))
             mask |= lost[segment.start : segment.stop]
-    return mask
+    # of a segment that is clipped altogether nothing else could be compared
+    return mask if not mask.all() else np.zeros_like(mask)
 
 
 def stands(at_end: Mask) -> bool:

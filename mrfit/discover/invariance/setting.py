@@ -145,7 +145,7 @@ def _targets(record: Record, every: int) -> Array:
 
 
 def _compared(record: Record, every: int) -> Array:
-    """Return 1 for each row of which every sample counts, 0 for others."""
+    """Return 1 for each row without a clipped sample, 0 for others."""
     own = np.ones(len(record.output)) if record.compared is None else record.compared
     return np.floor(_row_means(own, every))
 
