@@ -76,6 +76,8 @@ LARGEST: Mapping[str, float] = {
     **{"current": 1e4, "voltage": 1e5, "flux": 1e3, "flux_density": 100.0, "temperature": 3000.0},
 }
 """Size, in the SI unit, that a channel of no damper and no coil exceeds."""
+COLDEST = -120.0
+"""Temperature in degC below which no damper works."""
 
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),

@@ -259,3 +259,9 @@ def interpolated(position: Values, values: Values, length: int) -> Values:
         return np.interp(np.arange(a, b, dtype=np.float64), position[begin:end], values[begin:end])
 
     return _column(length, read)
+
+
+def rises(values: Values) -> bool:
+    """Whether a series rises from value to value, but for a few jumps."""
+    up = sum(int(np.count_nonzero(step > 0.0)) for _, step in steps(values))
+    return up > 10 * sum(int(np.count_nonzero(step < 0.0)) for _, step in steps(values))

@@ -12,13 +12,15 @@ from mrfit.core.grouping import grouped
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
+from mrfit.ingest.containers.attributes import UNIT_KEYS
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.shelf import Shelf
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
 from mrfit.ingest.time.clocks import is_called_clock, is_clock
-from mrfit.ingest.time.rate import rate_missing
+from mrfit.ingest.time.rate import LONG_BARE, interval, rate_missing
 
 INTERVAL_NAMES = (
     *("ts", "dt", "delta_t", "sample_time", "sampletime", "wf_increment"),
@@ -49,6 +51,8 @@ class Arrays:
         Name -> unit text.
     scalars
         Name -> single numbers.
+    texts
+        Name -> single texts.
     outside
         Names of arrays that the file says lie in another one, which is not opened.
     room
@@ -62,6 +66,7 @@ class Arrays:
     signals: dict[str, Array] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     scalars: dict[str, float] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
     outside: list[str] = field(default_factory=list)
     room: Room | None = None
     shelf: Shelf | None = None
@@ -73,10 +78,14 @@ class Arrays:
         ``units`` are the texts of its unit: one, one for each column, or its letters.
         """
         array = value if isinstance(value, FileArray) else np.asarray(value)
+        if array.dtype.kind == "U" and array.size == 1:
+            self.texts[name] = str(np.asarray(value).reshape(()))
         if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
             return
         if array.size == 1:
             self.scalars[name] = float(np.asarray(value).reshape(()))
+            if unit := "".join(units):
+                self.units[name] = unit
         elif array.ndim < 2 or 1 in array.shape:
             self._add([name], array.reshape(-1, 1), units)
         elif min(array.shape) <= WIDEST_MATRIX:
@@ -205,14 +214,9 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
         return [n for n in names if n == wanted or order[n] == wanted]
     for known in (TIME_NAMES, DATE_NAMES):
         called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in known]
-        if rising := [n for n in called if _rises(arrays.signals[n])]:
+        if rising := [n for n in called if series.rises(arrays.signals[n])]:
             return rising
     return [n for n in names if is_clock(_column(n, arrays, order[n]))]
-
-
-def _rises(values: Array) -> bool:
-    up = sum(int(np.count_nonzero(step > 0.0)) for _, step in series.steps(values))
-    return up > 10 * sum(int(np.count_nonzero(step < 0.0)) for _, step in series.steps(values))
 
 
 def _equal(one: Array, two: Array) -> bool:
@@ -236,25 +240,41 @@ def _table(
 
 
 def _column(name: str, arrays: Arrays, index: int) -> Column:
-    bare, unit = (name, None) if name.endswith("]") else name_and_unit(name)
-    return Column(bare, arrays.units.get(name) or unit, arrays.signals[name], index)
+    stated = arrays.units.get(name) or None
+    bare, unit = (name, stated) if name.endswith("]") else name_and_units(name, stated)
+    return Column(bare, unit, arrays.signals[name], index)
+
+
+def _unit_beside(name: str, arrays: Arrays) -> str:
+    """Return the unit that stands beside a number, as ``dt_unit`` beside ``dt``; empty without one."""
+    texts = {key.lower(): text for key, text in arrays.texts.items()}
+    found = (texts.get(f"{name}{mark}{word}".lower()) for mark in ("_", ".", "") for word in UNIT_KEYS[:2])
+    return arrays.units.get(name) or next(filter(None, found), "")
 
 
 def _stated(names: Sequence[str], arrays: Arrays) -> tuple[float | None, tuple[Finding, ...]]:
     """Return the sample interval that scalars state for these arrays, or None, and a finding where they disagree."""
     intervals: dict[str, float] = {}
+    bare: list[str] = []
     for name, value in arrays.scalars.items():
         of, _, word = name.rpartition(".")
         word = word.lower()
         if value <= 0.0 or of in arrays.signals and of not in names:
             continue
         if word in (*INTERVAL_NAMES, *ARRAY_RATE_NAMES):
-            intervals[f"{name} = {value:g}"] = value if word in INTERVAL_NAMES else 1.0 / value
+            written = _unit_beside(name, arrays)
+            unit = written or ("s" if word in INTERVAL_NAMES else "Hz")
+            dt = interval(value, unit) if any(units.compatible(unit, kind) for kind in ("s", "Hz")) else np.nan
+            if not written and dt > LONG_BARE:
+                bare.append(f"{name} = {value:g} without a unit")
+            intervals[f"{name} = {value:g} {written}".strip()] = dt
         elif word in DECIMATIONS and value != 1.0:
             intervals[f"{name} = {value:g}"] = np.nan
     if not any(np.isfinite(dt) for dt in intervals.values()):
         return None, ()
     first = next(iter(intervals.values()))
+    if len(bare) == len(intervals):
+        return None, (Finding("rate-unclear", "", None, f"the file states {' and '.join(bare)}: not used"),)
     if all(abs(dt / first - 1.0) < SAME_INTERVAL for dt in intervals.values()):
         return first, ()
     text = f"the file states {' and '.join(intervals)}: not used"

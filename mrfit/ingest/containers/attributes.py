@@ -30,7 +30,7 @@ class _LowerCaseAttributes(Mapping[str, Any]):
 
     def __init__(self, about: Mapping[Any, Any]) -> None:
         self.about = about
-        self.keys_of = {_decoded(key).lower(): key for key in about}
+        self.keys_of = {decoded(key).lower(): key for key in about}
 
     def __getitem__(self, key: str) -> Any:
         return self.about[self.keys_of[key]]
@@ -49,11 +49,12 @@ def units_in(about: Mapping[Any, Any]) -> list[str]:
     array = np.asarray("" if value is None or not hasattr(value, "__len__") else value)
     if array.dtype.kind in "iu":  # the codes of its letters
         array = np.asarray(bytes(array.astype(np.uint8).ravel()))
-    texts = [_decoded(t) for t in array.ravel()] if array.dtype.kind in "SUO" else []
+    texts = [decoded(t) for t in array.ravel()] if array.dtype.kind in "SUO" else []
     return texts if any(texts) else []
 
 
-def _decoded(text: Any) -> str:
+def decoded(text: Any) -> str:
+    """Return a text that may be bytes, without the marks of its end."""
     if not isinstance(text, bytes):
         return str(text).strip("\0 ")
     try:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.ingest.containers.arrays import WIDEST_MATRIX, Arrays, FileArray, check_times
-from mrfit.ingest.containers.attributes import ScaledDataset, UnclearPacking, doubt_of, packing_of, units_in
+from mrfit.ingest.containers.attributes import ScaledDataset, UnclearPacking, decoded, doubt_of, packing_of, units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Source
@@ -273,5 +273,9 @@ def _unwritten(item: Any) -> float:
 def _attributes(arrays: Arrays, name: str, attributes: Any) -> None:
     for key in attributes:
         about = attributes.get_id(key)
-        if about.shape is not None and math.prod(about.shape) == 1 and about.dtype.kind in "fiu":
+        if about.shape is None or math.prod(about.shape) != 1:
+            continue
+        if about.dtype.kind in "fiu":
             arrays.scalars.setdefault(f"{name}.{key}", float(np.asarray(attributes[key]).reshape(())))
+        elif about.dtype.kind in "SO":
+            arrays.texts.setdefault(f"{name}.{key}", decoded(np.asarray(attributes[key]).reshape(()).item()))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import CHANNELS, LARGEST, UNIT_NEEDED, unit_of
+from mrfit.core.channels import CHANNELS, COLDEST, LARGEST, UNIT_NEEDED, unit_of
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -23,9 +23,14 @@ NOT_MEASURED = frozenset(
     "setpoint setting target desired reference ref soll sollwert sollkraft sollweg vorgabe consigne consigna "
     "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
     "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled delta "
-    "difference preload setp sp nominal noise friction".split()
+    "difference differenz preload setp sp nominal noise friction rise increase "
+    "übertemperatur uebertemperatur erwärmung erwaermung residual residuum ripple leakage side spring feder".split()
 )
-"""Words of columns that say what was asked for, how far off it was, or one number of many samples."""
+"""Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
+OF_DIFFERENCES = frozenset(
+    "rise increase delta difference differenz übertemperatur uebertemperatur erwärmung erwaermung".split()
+)
+"""Words of columns that hold differences: a unit's zero does not matter to them."""
 OF_SENSORS = frozenset(
     "sensor transducer transmitter loop lvdt cell loadcell gauge gage probe pickup encoder aufnehmer pressure "
     "druck flow strain humidity valve servo".split()
@@ -111,12 +116,16 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
     name = claims.get(id(column), "")
     if column.unit is None or name not in LARGEST:
         return column
-    some = np.abs(
-        column.values[0 : series.SERIES_CHUNK][:: max(1, min(len(column.values), series.SERIES_CHUNK) // SIZE_SAMPLES)]
-    )
+    some = column.values[0 : series.SERIES_CHUNK]
+    some = some[:: max(1, len(some) // SIZE_SAMPLES)]
     some = some[np.isfinite(some)]
-    size = units.to_unit(column.unit, unit_of(name)).scale * float(np.percentile(some, 95.0)) if len(some) else 0.0
-    if size <= LARGEST[name]:
+    conversion = units.to_unit(column.unit, unit_of(name))
+    size = conversion.scale * float(np.percentile(np.abs(some), 95.0)) if len(some) else 0.0
+    if name == "temperature" and len(some):
+        lowest = conversion.scale * float(np.percentile(some, 5.0)) + conversion.offset
+        size = lowest if lowest < COLDEST else size
+    # a size is below zero only where it is too cold
+    if 0.0 <= size <= LARGEST[name]:
         return column
     del claims[id(column)]
     text = (
@@ -186,6 +195,8 @@ def _unmapped(name: str, column: Column) -> Signal:
         return Signal(name, unit_of(name), column.values, column.index)
     target = unit_of(name)
     conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
+    if conversion.unit == "degC" and not target and OF_DIFFERENCES & _words(column):
+        conversion = units.Conversion("K", conversion.scale)
 
     def converted(values: Array) -> Array:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -226,7 +237,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
         _voltage_beside_current(columns, claims, taken)
         for column in [c for c in columns if NOT_MEASURED & _words(c)]:
             if meant := [n for s, n in _candidates(column) if s > 1 and n not in claims.values()]:
-                what = f"'{column.name}' is called what was asked for, a limit or an error"
+                what = f"'{column.name}' is called what was asked for, a limit, an error, or a part of another quantity"
                 text = f"{what}: it is not taken as {meant[0]}; a channel map can say otherwise"
                 findings.append(Finding("not-measured", meant[0], None, text))
     return claims
@@ -248,7 +259,9 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
         possible = [n for n in possible if n != "current"]
     if spoken or exact and len(column.name.strip()) > 2:
         return [(2, n) for n in spoken]
-    return [(1, n) for n in possible if n not in ANGULAR and n != "voltage" and not units.is_weight(column.unit)]
+    # of channels in one unit the others are called by their names
+    usual = [n for n in possible[:1] if n not in ANGULAR and n != "voltage"]
+    return [(1, n) for n in usual if not units.is_weight(column.unit)]
 
 
 def _words(column: Column) -> set[str]:

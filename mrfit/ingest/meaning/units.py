@@ -149,6 +149,8 @@ def compatible(text: str, unit: str) -> bool:
     written = _meant(spelled(text), unit)
     if written == unit:
         return True
+    if unit in TEMPERATURE_UNITS and "delta" in written.lower():
+        return False
     if "rad" in unit or unit == "1":  # pint takes an angle for a pure number
         return bool(ANGLES.search(written)) == ("rad" in unit) and _same_dimension(written, unit)
     return _same_dimension(written, unit)
@@ -207,6 +209,12 @@ def to_si(text: str) -> Conversion:
             return to_unit(written, unit)
     whole = _registry().Quantity(1.0, written).to_base_units()
     return Conversion(f"{whole.units:~C}".replace("**", "^"), float(whole.magnitude))
+
+
+def contradict(one: str, other: str) -> bool:
+    """Whether two known units are of one kind and of different size."""
+    first, second = to_si(one), to_si(other)
+    return first.unit == second.unit and first != second
 
 
 def channels_of(text: str) -> list[str]:

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.specs import Array, ReaderSpec
+from mrfit.ingest.containers.attributes import UNIT_KEYS
 from mrfit.ingest.meaning import units
 from mrfit.ingest.readers.parquet import log_time
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.text.layout import name_and_unit, name_and_units
 from mrfit.ingest.time.rate import interval
 
 SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with data; dt and units beside them")
@@ -144,7 +145,7 @@ def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
     """Return the statements of an object on the arrays in it, with those of the objects around it."""
     stated = content.get("units")
     written = {str(n): u for n, u in stated.items() if isinstance(u, str)} if isinstance(stated, dict) else {}
-    dt = next((dt for name, value in content.items() if (dt := _interval(name, value))), around.dt)
+    dt = next((dt for n, v in content.items() if (dt := _interval(n, v, _unit_beside(n, content, written)))), around.dt)
     told: dict[str, Any] = next(
         (content[n] for n in ("condition", "conditions") if isinstance(content.get(n), dict)), {}
     )
@@ -158,9 +159,17 @@ def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
     return {n: unit for n, unit in held.items() if isinstance(unit, str)}
 
 
-def _interval(name: str, value: Any) -> float | None:
+def _unit_beside(name: str, content: Mapping[str, Any], written: Mapping[str, str]) -> str | None:
+    """Return the unit of a number that another key states, as ``dt_unit`` of ``dt``, or the object of units."""
+    texts = {str(key).lower(): text for key, text in content.items() if isinstance(text, str)}
+    beside = (texts.get(f"{name}{mark}{word}".lower()) for mark in ("_", "") for word in UNIT_KEYS[:2])
+    return next(filter(None, beside), written.get(name))
+
+
+def _interval(name: str, value: Any, beside: str | None = None) -> float | None:
     """Return the sample interval in s that a key states: a number, ``"1 ms"``, or value and unit."""
     bare, unit = name_and_unit(name)
+    unit = unit or beside
     kind = JSON_INTERVALS.get(bare.strip().lower().replace(" ", "_"))
     if isinstance(value, dict):
         value, unit = value.get("value"), value.get("unit")
@@ -182,8 +191,9 @@ def _table(found: _RunArrays, source: Source) -> Table:
         raise Refusal(path, f"its arrays hold {rows} value", "export the whole log")
     columns = []
     for place, (title, values) in enumerate(found.columns.items()):
-        name, unit = name_and_unit(title)
-        columns.append(Column(name, found.units.get(title, found.units.get(name, unit)), values, place))
+        name = name_and_unit(title)[0]
+        name, unit = name_and_units(title, found.units.get(title, found.units.get(name)))
+        columns.append(Column(name, unit, values, place))
     time = log_time(columns, source.rules.time)
     others = tuple(c for c in columns if c is not time)
     return Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)

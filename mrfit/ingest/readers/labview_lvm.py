@@ -12,7 +12,7 @@ from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
-from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.text.layout import name_and_units
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 
 SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)", blocks=True)
@@ -97,13 +97,12 @@ def _check_names(segment: LvmHeader, names: int, head: Head) -> None:
 
 def _field(segment: LvmHeader, column: int, place: int) -> Field:
     """Return name and unit of a channel; units stand in its column, or one after the other as the channels do."""
-    name, bracketed = name_and_unit(segment.names[column])
     labels = segment.meta.get("y_unit_label", [])
     clocks = [k for k, n in enumerate(segment.names) if n.lower() == "x_value"]
     packed = len(clocks) > 1 and not any(k - 1 < len(labels) and labels[k - 1] == "" for k in clocks[1:])
     at = place if packed else column - 1
     label = labels[at] if 0 <= at < len(labels) else ""
-    return Field(name, label or bracketed, column)
+    return Field(*name_and_units(segment.names[column], label or None), column)
 
 
 def _filled_clocks(head: Head, segment: LvmHeader, clocks: list[int]) -> list[int]:
@@ -148,8 +147,10 @@ def _without_headers(source: Source, segment: LvmHeader) -> tuple[bytes, tuple[i
 def _tables(body: Body, fields: list[Field], clocks: list[int], segment: LvmHeader, head: Head) -> list[Table]:
     if not clocks:
         return [_stated(table_of(body, fields), segment, head)]
+    second = _second(segment)
     delta = _number(segment, "delta_x", 1)
-    time, *others = (Field("X_Value", "s", c) for c in clocks)
+    delta = delta and second * delta
+    time, *others = (Field("X_Value", _x_unit(segment), c) for c in clocks)
     if all(np.array_equal(body.numbers[clocks[0]], body.numbers[c], equal_nan=True) for c in clocks):
         return [replace(_counted(table_of(body, fields, time), segment), dt=delta)]
     return [replace(table_of(body, sorted([*fields, *others], key=lambda f: f.index), time), dt=delta)]
@@ -157,6 +158,16 @@ def _tables(body: Body, fields: list[Field], clocks: list[int], segment: LvmHead
 
 def _counted(table: Table, segment: LvmHeader) -> Table:
     return replace(table, stated_rows=positive(segment.meta.get("samples", [])))
+
+
+def _x_unit(segment: LvmHeader) -> str:
+    """Return the unit of the X values, seconds where none of time is stated."""
+    label = next((u for u in segment.meta.get("x_unit_label", []) if u), "s")
+    return label if units.known(label) and units.compatible(label, "s") else "s"
+
+
+def _second(segment: LvmHeader) -> float:
+    return units.to_unit(_x_unit(segment), "s").scale
 
 
 def _number(segment: LvmHeader, key: str, place: int) -> float | None:
@@ -169,6 +180,8 @@ def _number(segment: LvmHeader, key: str, place: int) -> float | None:
 def _stated(table: Table, segment: LvmHeader, head: Head) -> Table:
     """Return a table without times on the grid X0 + k·Delta_X."""
     start, delta = _number(segment, "x0", 1), _number(segment, "delta_x", 1)
+    second = _second(segment)
+    delta = delta and second * delta
     if delta is None or delta <= 0.0:
         raise Refusal(head.path, "neither X values nor Delta_X", "write rate = HZ in a channel map")
     for key in ("delta_x", "x0"):
@@ -179,7 +192,7 @@ def _stated(table: Table, segment: LvmHeader, head: Head) -> Table:
     if digits <= 3 and not _round_rate(delta):
         text = f"Delta_X = {delta:g} s has {digits} digits only: the rate of {1.0 / delta:.1f} Hz is that inexact"
         table = table.finding("rounded-rate", text)
-    return replace(_counted(table, segment), dt=delta, start=start or 0.0)
+    return replace(_counted(table, segment), dt=delta, start=second * (start or 0.0))
 
 
 def _round_rate(delta: float) -> bool:

@@ -19,7 +19,7 @@ from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_units
 from mrfit.ingest.time.clocks import is_clock
 from mrfit.ingest.time.epoch import unit_since_1970
 from mrfit.io.arrow import floats
@@ -151,8 +151,9 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
     for column, field, place in zip(table.columns, table.schema, places, strict=True):
         if not _is_number(field.type):
             continue
-        name, unit = name_and_unit(field.name)
-        unit = "".join(units_in(field.metadata or {})) or written.get(field.name) or unit
+        name, unit = name_and_units(
+            field.name, "".join(units_in(field.metadata or {})) or written.get(field.name) or None
+        )
         carry = source.carry
         if pa.types.is_timestamp(field.type):
             values, unit = _from_first(column.cast(pa.timestamp("ns")).cast(pa.int64()), carry, place, 1e9), "s"

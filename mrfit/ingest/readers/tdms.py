@@ -12,10 +12,11 @@ from mrfit.ingest import series
 from mrfit.ingest.containers.attributes import units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.text.layout import TIME_NAMES, name_and_units
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
 
@@ -40,13 +41,22 @@ def read(source: Source) -> list[Table]:
     tables = []
     groups = _groups(path, source)
     begins = [c.began for channels in groups for c in channels if c.began is not None]
-    for channels in groups:
-        by_clock: dict[tuple[int, float, float], list[_TdmsChannel]] = {}
+    times = [[c.column for c in channels if _is_time(c, source.rules.time)] for channels in groups]
+    # a group of times alone is the clock of groups without one
+    alone = [t for own, channels in zip(times, groups, strict=True) if len(own) == len(channels) for t in own]
+    for own, channels in zip(times, groups, strict=True):
+        by_clock: dict[tuple[int, float, float], list[Column]] = {}
         for channel in channels:
+            if channel.column in own:
+                continue
             late = (channel.began - min(begins)) / np.timedelta64(1, "s") if channel.began is not None else 0.0
             clock = (len(channel.column.values), channel.increment, channel.offset + float(late))
-            by_clock.setdefault(clock, []).append(channel)
-        tables += [_table(members, *clock) for clock, members in by_clock.items() if clock[0] > 1]
+            by_clock.setdefault(clock, []).append(channel.column)
+        tables += [
+            _table(members, own or ([] if clock[1] > 0.0 else alone), *clock)
+            for clock, members in by_clock.items()
+            if clock[0] > 1
+        ]
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
     return tables
@@ -96,34 +106,39 @@ def _expect(path: Path, lengths: list[int], source: Source) -> None:
 
 
 def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _TdmsChannel:
-    name, bracketed = name_and_unit(channel.name)
     about = channel.properties
-    unit = "".join(units_in(about)) or bracketed
+    name, unit = name_and_units(channel.name, "".join(units_in(about)) or None)
     stamped = values.dtype.kind == "M"
     if stamped and len(values):
         values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
     axis = str(about.get("wf_xunit_string") or "s")
     timed = units.known(axis) and units.compatible(axis, "s")  # the x axis of a spectrum is a frequency
+    second = units.to_unit(axis, "s").scale if timed else 0.0
     began = about.get("wf_start_time") if timed else None
     numbers = values.astype(np.float64)
     return _TdmsChannel(
         Column(name, unit, shelf.kept(numbers) if shelf else numbers, index),
-        float(about.get("wf_increment", 0.0)) if timed else 0.0,
-        float(about.get("wf_start_offset", 0.0)) if timed else 0.0,
+        second * float(about.get("wf_increment", 0.0)),
+        second * float(about.get("wf_start_offset", 0.0)),
         np.datetime64(began) if isinstance(began, (np.datetime64, datetime)) else None,
         stamped,
     )
 
 
-def _table(channels: list[_TdmsChannel], rows: int, increment: float, offset: float) -> Table:
-    times = [c.column for c in channels if c.stamped] + [
-        c.column for c in channels if c.column.name.lower() in TIME_NAMES
-    ]
-    time = times[0] if times and increment <= 0.0 else None
+def _is_time(channel: _TdmsChannel, rule: TimeRule | None) -> bool:
+    """Whether a channel holds times: the map says so or, without a map, its kind, or its name where it rises."""
+    column = channel.column
+    if rule is not None:
+        return rule.column in (column.name, column.index)
+    return channel.stamped or column.name.lower() in TIME_NAMES and series.rises(column.values)
+
+
+def _table(columns: list[Column], times: list[Column], rows: int, increment: float, offset: float) -> Table:
+    """Return the table of channels, with the first times of as many rows beside the increment."""
     return Table(
-        tuple(c.column for c in channels if c.column is not time),
-        series.counted(rows, series.in_memory(channels[0].column.values)),
-        time=time,
+        tuple(columns),
+        series.counted(rows, series.in_memory(columns[0].values)),
+        time=next((t for t in times if len(t.values) == rows), None),
         dt=increment if increment > 0.0 else None,
         start=offset,
     )

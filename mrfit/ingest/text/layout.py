@@ -265,10 +265,9 @@ def _is_recognised(cell: str) -> bool:
 
 
 def _header(names: list[str], unit_row: list[str] | None, width: int, found: Header) -> Header:
-    parsed = [name_and_unit(n) for n in _padded(names, width)]
     written = [u.strip("[](){} ") or None for u in _padded(unit_row, width)] if unit_row else [None] * width
-    units_of = tuple(w if w is not None else unit for w, (_, unit) in zip(written, parsed, strict=True))
-    return replace(found, names=tuple(name for name, _ in parsed), units=units_of)
+    parsed = [name_and_units(n, w) for n, w in zip(_padded(names, width), written, strict=True)]
+    return replace(found, names=tuple(n for n, _ in parsed), units=tuple(unit for _, unit in parsed))
 
 
 @dataclass(frozen=True, slots=True)
@@ -396,6 +395,22 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
     if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
         return match[1].strip(), match[2]
     return text, None
+
+
+def name_and_units(cell: str, stated: str | None) -> tuple[str, str | None]:
+    """Return name and unit of a column by its header cell and a unit that stands elsewhere, which comes first.
+
+    Where two contradict, as in ``Force (kN)`` above ``N``, both are the unit: nobody knows it, so that it is asked for.
+    """
+    name, unit = name_and_unit(cell)
+    inner = name_and_unit(name)[1] if unit is not None else None
+    return name, _one_unit(stated, _one_unit(unit, inner))
+
+
+def _one_unit(first: str | None, second: str | None) -> str | None:
+    if first and second and units.known(first) and units.known(second) and units.contradict(first, second):
+        return f"{second} or {first}"
+    return first if first is not None else second
 
 
 def _parted(text: str) -> tuple[str, str] | None:

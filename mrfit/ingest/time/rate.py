@@ -38,8 +38,10 @@ ROUGHEST = 0.02
 """Rates that differ by more are two, however few digits they have."""
 LONG_PERIOD = 0.5
 """Period or time in s from which a header may mean the length of a record."""
+LONG_BARE = 1.0
+"""Interval in s above which a number without a unit may mean ms or kHz."""
 DECIMATION = re.compile(
-    r"decimat\w*|(?:down|sub|under)-?sampl\w*|thinn\w*|reduction|re-?sampl\w*|block averag\w*"
+    r"decimat\w*|(?:down|sub|under)-?sampl\w*|thinn\w*|reduction|(?:re|over)-?sampl\w*|averag(?:es|ing)\b|n-?th sample"
     r"|averaged? (?:samples|points|values)|(?:samples|points|values) averaged"
     r"|skip(?:ped|ping)? (?:factor|samples?|points?)|(?:samples?|points?|rows?) skipped|divi(?:der|sor)\b"
     r"|(?:sav|stor|writ|record|log|export|kep|keep)\w* (?:only )?(?:every|one (?:of|in)|1 (?:of|in)|each)"
@@ -56,7 +58,7 @@ NOT_DECIMATED = re.compile(
 THINNED = re.compile(
     r"(?:every|each) (?:\d+ ?(?:st|nd|rd|th)|\d+ (?=sample|point|scan|value|reading)|other|second|third|fourth|fifth"
     r"|eighth|tenth|hundredth) (?:sample|point|row|scan|value|reading|datum)"
-    r"|averag\w* (?:over |of |every )?\d+ ?(?:samples|points|values|x\b|times)",
+    r"|averag\w* (?:over |of |every )?\d+ ?(?:samples|points|values|x\b|times)|(?<!not )\bdecimated$",
     re.IGNORECASE,
 )
 """Statements that not every sample was kept."""
@@ -66,11 +68,20 @@ GROUPED = re.compile(r"[1-9]\d{0,2}([., '\u00a0\u202f])\d{3}((?:\1\d{3})*(?:[.,]
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """An interval in s that a header states in certain words, and how far its last digit leaves it open, relatively."""
+    """An interval in s that a header states in certain words.
+
+    ``open`` is how far its last digit leaves it open, relatively; ``bare`` says that no unit was written.
+    """
 
     text: str
     interval: float
     open: float
+    bare: bool = False
+
+    @property
+    def is_bare_and_long(self) -> bool:
+        """Whether it has no unit, and would be so long in the usual one that another may be meant."""
+        return self.bare and self.interval > LONG_BARE
 
     def agrees(self, other: "Statement") -> bool:
         """Whether both may be of one interval."""
@@ -104,7 +115,7 @@ def stated_interval(
                 continue
             if match["other"]:
                 rivals.append(found)
-            elif OTHERWISE.search(_around(match)) or _is_duration(match, found):
+            elif OTHERWISE.search(_around(match)) or _is_duration(match, found) or found.is_bare_and_long:
                 doubtful.append(found.text)
             else:
                 clear.append(found)
@@ -127,9 +138,10 @@ def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement 
     """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
     label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
     text, kind = match[0].strip(" ,;\t"), "s" if match["span"] or (word or "").lower() in SPAN_WORDS else "Hz"
-    unit = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
-    if unit is None:
+    written = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
+    if written is None:
         return None
+    unit = written or kind
     plain = _plain(number.rstrip("."), delimiter, decimal, bool(behind))
     if plain is None:
         return text
@@ -138,7 +150,7 @@ def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement 
         return None
     # a whole number is meant as it stands
     last = 0.5 * 10.0 ** (int((power or "e0")[1:]) - len(plain.partition(".")[2])) if "." in plain or power else 0.0
-    return Statement(text, interval(value, unit), min(last / value, ROUGHEST))
+    return Statement(text, interval(value, unit), min(last / value, ROUGHEST), not written)
 
 
 def _around(match: re.Match[str]) -> str:
@@ -179,10 +191,10 @@ def interval(value: float, unit: str) -> float:
 
 
 def _unit(behind: str, before: str | None, beside: str, kind: str) -> str | None:
-    """Return the unit of a number: what is written behind it, before it in brackets, or in the next field; else SI."""
+    """Return the unit written behind a number, before it in brackets, or in the next field; else an empty text."""
     if behind:
         return _of_kind(behind, kind)
-    return _of_kind(before or "", kind) or _of_kind(beside, kind) or kind
+    return _of_kind(before or "", kind) or _of_kind(beside, kind) or ""
 
 
 def _of_kind(text: str, kind: str) -> str | None:
