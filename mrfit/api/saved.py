@@ -7,6 +7,7 @@ from mrfit.api.discovery import Discovery
 from mrfit.api.fitting import FitResult
 from mrfit.api.recordings import PathText
 from mrfit.core.arguments import check_arguments
+from mrfit.errors import DataError
 from mrfit.io.schemas import reading
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.workspace import read_json
@@ -26,6 +27,8 @@ def load(path: PathText) -> FitResult | Discovery:
         If there is no such file, it is damaged, or of an unknown schema.
     """
     whole = read_json(Path(path))
+    if whole is None and Path(path).is_file() and not Path(path).read_bytes()[:100].lstrip().startswith(b"{"):
+        raise DataError(f"{path}: neither a fit nor a discovery; give its fit.json or discovery.json")
     if isinstance(whole, dict) and str(whole.get("schema", "")).startswith(DISCOVERY):
         found = reading.load(Path(path), DiscoveryFile, "run `mrfit discover` again")
         assert found is not None  # it was read a moment ago

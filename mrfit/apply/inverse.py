@@ -23,6 +23,7 @@ from mrfit.apply.solving import ABOVE, BELOW, BETWEEN, REACHED, CommandLimits, I
 from mrfit.apply.stepper import Channels, Stepper
 from mrfit.core import registry
 from mrfit.core.specs import Array, Index
+from mrfit.errors import ConfigError
 from mrfit.settings.apply import Amplifier
 
 # Grid points of a piece of the current's range: a polynomial of order 2 has three
@@ -65,6 +66,9 @@ class Inverter:
         grid = np.concatenate([np.linspace(low, high, count) for low, high in pieces_of(self.damper)])
         one = self.amplifier
         least = self.damper.low if one.least is None else one.least
+        if least > one.most * self.damper.high:
+            greatest = f"{one.most * self.damper.high:.4g} A"
+            raise ConfigError(f"--least {least:g} A lies above the greatest command, {greatest}; give a lower one")
         limits = (least, one.most * self.damper.high, one.rate, one.voltage, one.resistance, one.inductance)
         known = CommandLimits(*(float(np.nan if v is None else v) for v in limits))
         self.inverse = Inverse(grid, count, self.explicit, bool(stepper.lagging), known)

@@ -166,7 +166,10 @@ def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _L
     """Write the table and the page of all logs, where they are not those of the last call."""
     bad = [row for row in rows if row.error]
     if len(bad) == len(rows):
-        raise DataError(f"none of {number_of('log', len(rows))} can be fitted; {bad[0].error}")
+        # that of most logs, each without its own name
+        reasons = [row.error.replace(row.log, "").replace(Path(row.log).name, "") for row in bad]
+        usual = max(reasons, key=reasons.count)
+        raise DataError(f"none of {number_of('log', len(rows))} can be fitted; {bad[reasons.index(usual)].error}")
     where, target = settings.table or work / "batch.parquet", work / "batch.html"
     key = digest_of(plain(rows), code_version(), version("matplotlib"))
     existing = reusable(work / "batch.json", BatchFile)

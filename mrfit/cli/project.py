@@ -34,7 +34,7 @@ def defaults(commands: Iterable[str], groups: Mapping[str, Iterable[str]]) -> di
     Raises
     ------
     ConfigError
-        If ``work`` is no name, or a table has an unknown key or a wrong value.
+        If the file cannot be read, ``work`` is no name, or a key is unknown or has a wrong value.
     """
     found = _read()
     work = found.get("work", "")
@@ -52,13 +52,14 @@ def defaults(commands: Iterable[str], groups: Mapping[str, Iterable[str]]) -> di
 def _read() -> dict[str, Any]:
     if not FILE.exists():
         return {}
-    import tomllib
+    from mrfit.io.toml_file import read_toml
 
-    try:
-        return tomllib.loads(FILE.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        # what is wrong with it is said where it is read as a channel map
-        return {}
+    found = read_toml(FILE, "a project file or a channel map")
+    if not found.keys() <= {"work", *TABLES}:
+        from mrfit.ingest.meaning.channel_map import check_keys
+
+        check_keys(FILE, found)
+    return found
 
 
 def unused_map(logs: Iterable[Path]) -> str:

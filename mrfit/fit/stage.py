@@ -224,6 +224,7 @@ def prepare(dataset: Dataset, settings: Settings) -> FitPreparation:
     used = [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
     cautions += doubtful_channels(used, {assembly.spec.output, *assembly.spec.inputs})
     cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []
+    cautions += _held_outside_warnings(assembly, settings)
     cube, groups = _cube(assembly, settings), _groups(chosen, settings)
     return FitPreparation(assembly, cube, dependence, choice, groups, recordings, cautions)
 
@@ -290,6 +291,18 @@ def check(settings: Settings) -> None:
 def _cube(assembly: Assembly, settings: Settings) -> Cube:
     bounds = {n: (low, high) for n, low, high in settings.bounds}
     return cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
+
+
+def _held_outside_warnings(assembly: Assembly, settings: Settings) -> list[Caution]:
+    """Return a warning on every parameter that is held outside its usual bounds: another unit may be meant."""
+    found = []
+    for param in assembly.spec.params:
+        value = dict(settings.fixed).get(param.name, param.low)
+        if not param.low <= value <= param.high:
+            bounds = f"{param.low:g} to {param.high:g} {param.unit}".rstrip()
+            text = f"{param.name} is held at {value:g}, outside its bounds of {bounds}; check its unit"
+            found.append(Caution(kind="held-outside", text=text))
+    return found
 
 
 def _no_search_warnings(strategy: strategies.Strategy, name: str) -> list[Caution]:

@@ -52,4 +52,6 @@ def _is_steady(values: Array, cycles: int) -> bool:
     """Return whether the first cycle of a motion differs from the next by no more than the last from that before."""
     rows = values.reshape(cycles, -1)
     first, last = (float(np.std(rows[k] - rows[k + 1])) for k in (0, cycles - 2))
-    return first <= max(STEADY_WITHIN * last, REPEATS_WITHIN * float(np.std(values)))
+    # of two cycles nothing but the noise says by how much steady ones may differ
+    usual = STEADY_WITHIN * last if cycles > 2 else 2.0 * noise_level(values)
+    return first <= max(usual, REPEATS_WITHIN * float(np.std(values)))

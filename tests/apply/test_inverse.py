@@ -79,6 +79,17 @@ def test_a_force_in_the_gap_of_a_jump_is_flagged() -> None:
     assert inside == (above < below) and (inside or (found.flag[0] == BETWEEN and abs(found.field[0] - 0.2) < 1e-9))
 
 
+@pytest.mark.parametrize(("least", "fits"), [(2.39, True), (2.41, False)])
+def test_a_least_command_above_the_greatest_is_refused(least: float, fits: bool) -> None:
+    stepper = Stepper(paper_tanh())
+    amplifier = Amplifier(least=least * stepper.damper.high / 2.0)
+    if fits:
+        assert Inverter(stepper, amplifier).inverse is not None
+        return
+    with pytest.raises(ConfigError, match="--least .* lies above the greatest command"):
+        Inverter(stepper, amplifier)
+
+
 def test_of_a_force_that_falls_again_with_current_the_least_current_is_taken() -> None:
     # yield force 100, 500, 100 N at 0, 0.5, 1 A: every force below the peak is given twice
     values = {"fy@0A": 100.0, "fy@0.5A": 500.0, "fy@1A": 100.0, "a1": 80.0, "a2": 0.0, "c": 100.0, "k": 0.0, "f0": 0.0}

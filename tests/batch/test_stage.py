@@ -186,6 +186,9 @@ def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
         run(logs, like="*.tdms")
     with pytest.raises(DataError, match="none of 1 log can be fitted; .*note.csv"):
         run(logs, like="NOTE.*")
+    # the reason of most logs, not of the first
+    with pytest.raises(DataError, match="none of 4 logs can be fitted; .*[abc 1]+.csv: no flux in this log"):
+        run(logs, fitting=fit.Settings(model="boucwen-flux", optimizer="lsq"))
 
 
 @pytest.fixture(scope="module")

@@ -139,6 +139,10 @@ def test_a_project_file_gives_commands_their_defaults(here: Path) -> None:
         ('[fit]\nmodle = "tanh"', "[fit] modle is no key mrfit knows; did you mean 'model'?"),
         ('[flux]\nrule = "euler"', "[flux] rule takes 'trapezoid' or 'simpson', not 'euler'"),
         ("fit = 3", "[fit] the file takes a table, not 3"),
+        ('[fit]\nmodel = "tanh\n', "mrfit.toml: is not valid TOML: Illegal character '\\n' (at line 2, column 14)"),
+        ("work = results", "mrfit.toml: is not valid TOML: Invalid value (at line 1, column 8)"),
+        ('wrok = "results"', "mrfit.toml: unknown key 'wrok'; did you mean 'work'?"),
+        ("[fitt]", "mrfit.toml: unknown key 'fitt'; did you mean 'fit'?"),
     ],
 )
 def test_a_wrong_project_file_ends_in_one_line(text: str, said: str, here: Path) -> None:
@@ -147,8 +151,8 @@ def test_a_wrong_project_file_ends_in_one_line(text: str, said: str, here: Path)
         project.defaults(["fit", "flux", "segment", "discover"], {})
 
 
-def test_a_project_file_that_is_no_toml_is_left_to_what_reads_it_as_a_map(here: Path) -> None:
-    here.write_text("work = ")
+def test_the_keys_of_a_channel_map_are_none_of_its_own(here: Path) -> None:
+    here.write_text('rate = 200\n[channels]\nforce = {column = 1, unit = "N"}\n')
     assert project.defaults(["fit"], {}) == {"fit": {}}
 
 

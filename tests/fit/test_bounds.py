@@ -48,6 +48,14 @@ def test_bounds_that_were_given_stay() -> None:
     assert fit.params.loc["fy", "value"] <= 2e5 * (1.0 + 1e-9)
 
 
+@pytest.mark.parametrize(("value", "warned"), [(1e6, False), (2e6, True), (-0.5, True)])
+def test_a_parameter_held_outside_its_bounds_is_a_warning_of_the_fit(value: float, warned: bool) -> None:
+    fit = mrfit.fit(log(), model="tanh", fixed={"fy": value}, holdout="none", budget=200)
+    told = [w.text for w in fit.warnings if w.kind == "held-outside"]
+    text = f"fy is held at {value:g}, outside its bounds of 1 to 1e+06 N; check its unit"
+    assert told == [text] * warned
+
+
 def test_a_velocity_in_a_wrong_unit_is_a_warning_of_the_fit() -> None:
     wrong = mrfit.fit(log(velocity=1e3), model="bingham", holdout="none", budget=300)
     (told,) = [w for w in wrong.warnings if w.kind == "velocity-differs"]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from mrfit.core.recording import Recording
 from mrfit.segment.detect import detect, drive_channel
@@ -35,6 +36,14 @@ def test_a_motion_that_still_settles_begins_at_rest() -> None:
     settling = steady(0.001) * (1.0 - np.exp(-np.arange(PERIOD * CYCLES) / PERIOD))
     (segment,) = detect(record(settling), "excitation_force", 3, 1, 0.1).segments
     assert (segment.cycles, segment.warm_up, segment.waveform) == (0, 0, "random")
+
+
+@pytest.mark.parametrize(("time_constant", "cycles"), [(0.0, 2), (0.3, 0), (1.0, 0)])
+def test_two_cycles_are_steady_where_they_differ_by_no_more_than_noise(time_constant: float, cycles: int) -> None:
+    two = steady(0.001)[: 2 * PERIOD]
+    if time_constant:
+        two += np.exp(-np.arange(len(two)) / (time_constant * PERIOD))
+    assert detect(record(two), "excitation_force", 3, 1, 0.1).segments[0].cycles == cycles
 
 
 def test_one_cycle_is_steady_where_its_frequency_is_stated() -> None:

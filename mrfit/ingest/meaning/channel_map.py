@@ -148,6 +148,25 @@ def load_map(path: Path) -> MapFile:
     return loaded
 
 
+def check_keys(path: Path, content: Mapping[str, Any]) -> None:
+    """Check that the outermost keys of a map are known.
+
+    Raises
+    ------
+    ConfigError
+        If one is not; the message names it.
+    """
+    for key in content:
+        if key not in MapFile.model_fields:
+            raise ConfigError(f"{path}: {_unknown(key, key)}")
+
+
+def _unknown(key: str, last: str) -> str:
+    known = [n for m in (ChannelRule, CoilRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]
+    near = get_close_matches(last, known, n=1)
+    return f"unknown key '{key}'; " + (f"did you mean '{near[0]}'?" if near else "remove it")
+
+
 def _first_fault(error: ValidationError) -> str:
     faults = error.errors()
     fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
@@ -159,9 +178,7 @@ def _first_fault(error: ValidationError) -> str:
         return f"key '{key}' takes a table, not {given}; write {table}"
     if fault["type"] != "extra_forbidden":
         return f"key '{key}': {fault['msg'].lower()} (got {fault.get('input')!r}); correct it"
-    known = [n for m in (ChannelRule, CoilRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]
-    near = get_close_matches(str(fault["loc"][-1]), known, n=1)
-    return f"unknown key '{key}'; " + (f"did you mean '{near[0]}'?" if near else "remove it")
+    return _unknown(key, str(fault["loc"][-1]))
 
 
 def _check(path: Path, part: MapSection) -> None:
