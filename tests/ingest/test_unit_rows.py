@@ -41,6 +41,20 @@ def test_an_unknown_unit_keeps_its_column_as_printed(name: str, text: str, unit:
     assert len(said) == 1 and f"in '{unit}': kept as printed" in said[0]
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Load (kN),Other\ns,N,V\n",
+        "Time_s,Load_kN,Other\ns,N,V\n",
+        "Time (s),Load_kN (N),Other (V)\n",
+        "Time (s),Load (kN) [N],Other (V)\n",
+    ],
+)
+def test_a_unit_that_contradicts_the_name_is_asked_for(header: str, read_log: ReadLog) -> None:
+    (record,) = read_log(header + rows(","))
+    assert "force" not in record.channels and "kN or N" in " ".join(f.text for f in record.findings)
+
+
 def test_a_row_of_unknown_units_refuses_no_log(read_log: ReadLog) -> None:
     (record,) = read_log("Time,Load,Other\nzoll,deg_Q,qzx\n" + rows(","))
     assert (record.dt, record.units) == (1e-3, {"load": "", "other": ""})

@@ -58,6 +58,41 @@ def test_rate_scalar_and_time_from_the_map() -> None:
     assert table.time is not None and table.time.name == "ticks"
 
 
+@pytest.mark.parametrize(
+    ("scalars", "dt", "said"),
+    [
+        ({"dt": 5.0, "dt_unit": "ms"}, 0.005, ""),
+        ({"fs": 0.2, "fs_units": "kHz"}, 0.005, ""),
+        ({"Ts": 5e-3, "TsUnit": "s"}, 0.005, ""),
+        ({"dt": 5.0, "dt.unit": "parsec"}, None, ""),
+        # ms or kHz may be meant where the usual unit gives no rate of a log
+        ({"Ts": 5.0}, None, "Ts = 5 without a unit: not used"),
+        ({"fs": 0.2}, None, "fs = 0.2 without a unit: not used"),
+        ({"Ts": 5.0, "Ts_unit": "s"}, 5.0, ""),
+        ({"Ts": 1.0}, 1.0, ""),
+    ],
+)
+def test_a_unit_beside_an_interval_is_its_own(scalars: dict[str, object], dt: float | None, said: str) -> None:
+    arrays = Arrays()
+    arrays.add("force", TIME)
+    for name, value in scalars.items():
+        arrays.add(name, value)
+    (table,) = tables_of(arrays, _source())
+    assert table.dt == (None if dt is None else pytest.approx(dt))
+    assert said in " ".join(f.text for f in table.findings) and bool(said) <= bool(table.findings)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "known"), [("force_kN", "N", False), ("force_N", "N", True), ("force", "kN", True)]
+)
+def test_units_that_contradict_are_both_said(name: str, unit: str, known: bool) -> None:
+    arrays = Arrays()
+    arrays.add("time", TIME)
+    arrays.add(name, TIME, [unit])
+    (column,) = tables_of(arrays, _source())[0].columns
+    assert (column.unit == unit) == known and (known or column.unit == "kN or N")
+
+
 @pytest.mark.parametrize("at", [20, 0])
 def test_times_that_repeat_or_jump_are_still_times(at: int) -> None:
     """The time base knows what to do with them; a rate that the file states besides may be another one's."""

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -135,6 +137,12 @@ def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
         ([("Simulated force", "N"), ("Model Force", "N")], ["simulated_force", "model_force"]),
         ([("Delta force", "N"), ("Preload", "N")], ["delta_force", "preload"]),
         ([("ResetForce", "N")], ["force"]),  # no word of its own
+        ([("Temperature rise", "K"), ("Oil temperature", "degC")], ["temperature_rise", "temperature"]),
+        ([("Übertemperatur", "K"), ("Side force", "N")], ["übertemperatur", "side_force"]),
+        ([("Current ripple", "A"), ("Force residual", "N")], ["current_ripple", "force_residual"]),
+        # of two channels in one unit only the first may be meant by a unit alone
+        ([("F", "N"), ("F_filt", "N")], ["force", "f_filt"]),
+        ([("F", "N"), ("Excitation force", "N")], ["force", "excitation_force"]),
     ],
 )
 def test_what_was_asked_for_is_not_what_was_measured(header: list[tuple[str, str]], channels: list[str]) -> None:
@@ -193,6 +201,33 @@ def test_a_size_that_no_damper_has_is_not_believed(name: str, unit: str, value: 
         rules = Rules(channels={"force" if "Force" in name else "displacement": ChannelRule(column=name, unit="N")})
         if "Force" in name:  # whoever says the unit is believed
             assert name_signals(columns, rules, "log.csv")[0][0].name == "force"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "value", "channel"),
+    [
+        ("Temperature", "K", 298.0, "temperature"),
+        ("Temperature", "K", 25.0, "temperature_raw"),
+        ("Temperature", "°F", -100.0, "temperature"),
+        ("Temperature", "degC", -130.0, "temperature_raw"),
+    ],
+)
+def test_a_cold_that_no_damper_has_is_not_believed(name: str, unit: str, value: float, channel: str) -> None:
+    column = replace(_columns((name, unit))[0], values=np.full(100, value))
+    assert [s.name for s in name_signals((column,), Rules(), "log.csv")[0]] == [channel]
+
+
+@pytest.mark.parametrize(("unit", "kelvin"), [("K", 6.0), ("degC", 6.0), ("°F", 6.0 / 1.8)])
+def test_a_difference_of_temperatures_has_no_zero(unit: str, kelvin: float) -> None:
+    column = replace(_columns(("Temperature rise", unit))[0], values=np.full(100, 6.0))
+    (signal,) = name_signals((column,), Rules(), "log.csv")[0]
+    assert signal.unit == "K" and signal.values[:] == pytest.approx(kelvin)
+
+
+def test_a_map_makes_no_temperature_of_a_difference() -> None:
+    rules = Rules(channels={"temperature": ChannelRule(column="Rise", unit="delta_degC")})
+    with pytest.raises(Refusal, match="temperature cannot be in 'delta_degC'"):
+        name_signals(_columns(("Rise", None)), rules, "log.csv")
 
 
 def test_a_garbled_number_is_no_reason_to_doubt_a_unit() -> None:

@@ -26,6 +26,9 @@ FORMS: dict[str, Callable[[], Any]] = {
     "rate with unit": lambda: {"sample_rate": {"value": 0.5, "unit": "kHz"}, "units": UNITS, **NAMED},
     "interval as text": lambda: {"dt": "2 ms", "units": UNITS, **NAMED},
     "interval with unit": lambda: {"dt (ms)": 2, "units": UNITS, **NAMED},
+    "unit beside": lambda: {"dt": 2, "dt_unit": "ms", "units": UNITS, **NAMED},
+    "unit of a rate beside": lambda: {"rate": 0.5, "rate_units": "kHz", "units": UNITS, **NAMED},
+    "unit among units": lambda: {"dt": 2, "units": {**UNITS, "dt": "ms"}, **NAMED},
     "time array": lambda: {"time": list(TIME), "units": UNITS, **NAMED},
     "inside": lambda: {"test": "7", "log": {"dt": 0.002, "units": UNITS, "channels": NAMED}},
     "channels with units": lambda: {

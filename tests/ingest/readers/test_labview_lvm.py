@@ -17,6 +17,15 @@ def test_time_column_wins_over_a_false_delta(read_log: ReadLog) -> None:
     assert "rate-differs" in {f.kind for f in record.findings}
 
 
+@pytest.mark.parametrize("columns", ["One", "No"])
+def test_x_values_have_the_unit_of_their_axis(columns: str, read_log: ReadLog) -> None:
+    channels = ONE.replace("0.5\t0.5", "5.0\t5.0").replace("X0\t", "X_Unit_Label\tms\tms\t\nX0\t")
+    rows = "".join(f"{5 * k if columns == 'One' else ''}\t{k}\t{-k}\n" for k in range(40))
+    (record,) = read_log(TOP.format(x=columns) + channels + "X_Value\tU\tI\tComment\n" + rows)
+    assert record.dt == pytest.approx(0.005)
+    assert "rate-differs" not in {f.kind for f in record.findings}
+
+
 def test_segments_are_runs(read_log: ReadLog) -> None:
     rows = "".join(f"\t{k}\t{-k}\n" for k in range(40))
     segment = ONE.replace("\nX0", "\nSamples\t40\t40\t\nX0") + "X_Value\tU\tI\tComment\n" + rows + "\n"

@@ -35,6 +35,32 @@ def test_time_channel_where_no_waveform_is_stated(read_log: ReadLog) -> None:
     np.testing.assert_allclose(record.channels["force"], 1e3 * one)
 
 
+@pytest.mark.parametrize("increment", [None, 1.0, 1e-2])
+@pytest.mark.parametrize("stamped", [False, True])
+@pytest.mark.parametrize("apart", [False, True])
+def test_times_of_a_file_are_its_clock_whatever_increment_programs_write(
+    increment: float | None, stamped: bool, apart: bool, read_log: ReadLog
+) -> None:
+    """Programs write an increment of 1 to channels without a waveform; the times may have none, or their own group."""
+    time, one, _ = signals()
+    times = np.datetime64("2024-05-01T12:00:00") + np.round((time - time[0]) * 1e6).astype("timedelta64[us]")
+    about = {} if increment is None else {"wf_increment": increment}
+    clock = ChannelObject("clock" if apart and increment is None else "rig", "Time", times if stamped else time)
+    (record,) = read_log(_file(clock, ChannelObject("rig", "Load (kN)", one, properties=about)), "run.tdms")
+    assert record.dt == pytest.approx(1e-3) and list(record.channels) == ["force"]
+    assert ("rate-differs" in {f.kind for f in record.findings}) == (increment is not None)
+
+
+def test_the_increment_has_the_unit_of_its_axis_and_the_map_chooses_the_times(read_log: ReadLog) -> None:
+    time, one, _ = signals()
+    about = {"wf_increment": 5.0, "wf_xunit_string": "ms", "wf_start_offset": 200.0}
+    (record,) = read_log(_file(ChannelObject("rig", "Load (kN)", one, properties=about)), "run.tdms")
+    assert (record.dt, record.start) == (pytest.approx(0.005), pytest.approx(0.2))
+    chosen = _file(ChannelObject("rig", "Ticks", time), ChannelObject("rig", "Load (kN)", one, properties=about))
+    (record,) = read_log(chosen, "run.tdms", 'time = {column = "Ticks", unit = "s"}')
+    assert record.dt == pytest.approx(1e-3)
+
+
 def test_different_start_times_keep_channels_apart(read_log: ReadLog) -> None:
     """Equal wf_start_offset but wf_start_time 3 s apart, as LabVIEW writes them (reported to npTDMS, 41)."""
     _, one, two = signals()
