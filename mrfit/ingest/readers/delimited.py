@@ -14,6 +14,7 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.factor_rows import factor_row
+from mrfit.ingest.meaning.stated_factors import with_stated_factors
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, Layout, number_pattern, split
@@ -169,6 +170,7 @@ def read_grid(source: Source, grid: TextGrid, header: Header, data: Text | None 
     sparse, rate = _sparse(rows, header, kinds)
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
     table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)
+    table = with_stated_factors(table, [line for line in head.lines[: grid.first] if line.strip() not in header.rows])
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
 
 

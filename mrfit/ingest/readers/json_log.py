@@ -3,13 +3,20 @@
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from mrfit.core.counting import few
 from mrfit.core.specs import Array, ReaderSpec
-from mrfit.ingest.containers.attributes import UNIT_KEYS
+from mrfit.ingest.containers.attributes import (
+    COUNTED_SCALES,
+    OFFSET_ATTRIBUTES,
+    OTHER_FACTOR_ATTRIBUTES,
+    SCALE_ATTRIBUTES,
+    UNIT_KEYS,
+)
 from mrfit.ingest.meaning import units
 from mrfit.ingest.readers.parquet import log_time
 from mrfit.ingest.refusal import Refusal
@@ -26,6 +33,8 @@ JSON_INTERVALS = {"dt": "s", "ts": "s", "sample_interval": "s", "interval": "s",
     ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency"), "Hz"
 )
 """Names of a sample interval or rate, with the unit they have where none is written."""
+FACTORS = (*SCALE_ATTRIBUTES, *COUNTED_SCALES, *OFFSET_ATTRIBUTES, *OTHER_FACTOR_ATTRIBUTES)
+"""Names of factors and offsets, which are said and never applied."""
 DEEPEST_OBJECT = 4
 """Objects inside each other in which arrays are looked for."""
 
@@ -58,6 +67,7 @@ class _RunArrays:
     units: Mapping[str, str] = field(default_factory=dict)
     dt: float | None = None
     condition: Mapping[str, float] = field(default_factory=dict)
+    factors: tuple[str, ...] = ()
 
 
 def _document(source: Source) -> Any:
@@ -93,7 +103,9 @@ def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
         return
     about = _about(content, around)
     if columns := _columns(content):
-        yield _RunArrays(columns, _units_beside(content) | dict(about.units), about.dt, about.condition)
+        own = [f"{n}.{k}" for n, v in content.items() if isinstance(v, dict) for k in _factors_in(v)]
+        beside = _units_beside(content) | dict(about.units)
+        yield replace(about, columns=columns, units=beside, factors=(*about.factors, *own))
         return
     for inner in content.values():
         yield from _runs(inner, about, depth + 1)
@@ -150,7 +162,14 @@ def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
         (content[n] for n in ("condition", "conditions") if isinstance(content.get(n), dict)), {}
     )
     condition = {str(n): float(v) for n, v in told.items() if isinstance(v, (int, float)) and abs(v) < 1e300}
-    return _RunArrays({}, dict(around.units) | written, dt, dict(around.condition) | condition)
+    factors = (*around.factors, *_factors_in(content))
+    return _RunArrays({}, dict(around.units) | written, dt, dict(around.condition) | condition, factors)
+
+
+def _factors_in(content: Mapping[str, Any]) -> list[str]:
+    """Return the keys of an object that state a factor or an offset, or those of several channels."""
+    numbers = {str(n): v for n, v in content.items() if isinstance(v, (int, float, dict)) and v not in (0, 1)}
+    return [name for name in numbers if name.lower() in FACTORS]
 
 
 def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
@@ -196,4 +215,9 @@ def _table(found: _RunArrays, source: Source) -> Table:
         columns.append(Column(name, unit, values, place))
     time = log_time(columns, source.rules.time)
     others = tuple(c for c in columns if c is not time)
-    return Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
+    table = Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
+    if not found.factors:
+        return table
+    shown = few([f"'{n}'" for n in dict.fromkeys(found.factors)], 5)
+    text = f"{shown} not applied, since the numbers may hold it already"
+    return table.finding("packing-unclear", f"{text}; a channel map can say another scale")

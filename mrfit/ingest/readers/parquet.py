@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array, ReaderSpec
 from mrfit.ingest.containers.arrays import check_times
-from mrfit.ingest.containers.attributes import units_in
+from mrfit.ingest.containers.attributes import decoded, doubt_of, units_in
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
@@ -154,6 +154,9 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
         name, unit = name_and_units(
             field.name, "".join(units_in(field.metadata or {})) or written.get(field.name) or None
         )
+        if doubt := doubt_of(_numbers_in(field.metadata or {}), None):
+            text = f"'{name}': {doubt}; a channel map can say another scale"
+            about["findings"].append(Finding("packing-unclear", "", None, text))
         carry = source.carry
         if pa.types.is_timestamp(field.type):
             values, unit = _from_first(column.cast(pa.timestamp("ns")).cast(pa.int64()), carry, place, 1e9), "s"
@@ -249,6 +252,12 @@ SOUND: dict[str, Callable[[Any], bool]] = {
     "dt": lambda value: _is_number_written(value) and value > 0.0,
 }
 """What each of these keys must be."""
+
+
+def _numbers_in(about: Mapping[bytes, bytes]) -> dict[str, float]:
+    """Return the attributes of a field that are numbers, which it has as texts."""
+    texts = {decoded(key): units.quantity(decoded(value)) for key, value in about.items()}
+    return {key: found[0] for key, found in texts.items() if found}
 
 
 def log_time(columns: list[Column], rule: TimeRule | None) -> Column | None:

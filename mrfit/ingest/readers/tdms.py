@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.counting import few
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
-from mrfit.ingest.containers.attributes import units_in
+from mrfit.ingest.containers.attributes import doubt_of, units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
@@ -57,6 +58,9 @@ def read(source: Source) -> list[Table]:
             for clock, members in by_clock.items()
             if clock[0] > 1
         ]
+    doubts = [f"'{c.column.name}': {c.doubt}" for channels in groups for c in channels if c.doubt]
+    if tables and doubts:
+        tables[0] = tables[0].finding("packing-unclear", f"{few(doubts, 3)}; a channel map can say another scale")
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
     return tables
@@ -71,6 +75,7 @@ class _TdmsChannel:
     offset: float
     began: np.datetime64 | None
     stamped: bool
+    doubt: str = ""
 
 
 def _groups(path: Path, source: Source) -> list[list[_TdmsChannel]]:
@@ -122,6 +127,7 @@ def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _T
         second * float(about.get("wf_start_offset", 0.0)),
         np.datetime64(began) if isinstance(began, (np.datetime64, datetime)) else None,
         stamped,
+        doubt_of(about, None),
     )
 
 

@@ -1,0 +1,36 @@
+"""A factor that a header states is said, since nobody knows whether the numbers hold it; settings of a scope are not."""
+
+import pytest
+
+from tests.ingest.conftest import ReadLog
+
+ROWS = "".join(f"{k * 0.005:.3f},{k % 7 * 0.1:.1f},{k % 11}\n" for k in range(200))
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("Force Scale Factor,10", True),
+        ("Gain: 10", True),
+        ("Force multiplier = 0.5", True),
+        ("Scale: Force x10", True),
+        ("Units: force in units of 10 N", True),
+        ("Range: Force 10x", True),
+        ("Kraft Faktor;2,5", True),
+        ("Force: y = 10*x + 0", True),
+        # nothing is multiplied
+        ("Gain: 1", False),
+        ("Scale factor: 1.0", False),
+        ("Scaling: none", False),
+        # an instrument has applied them itself, or they are no factors
+        ("Probe attenuation: 10", False),
+        ("Vertical scale: 2.00E-01", False),
+        ("Full scale: 5 kN", False),
+        ("Calibration date: 2024-05-01", False),
+        ("Specimen: damper 10x20", False),
+    ],
+)
+def test_a_factor_in_a_header_is_said(line: str, said: bool, read_log: ReadLog) -> None:
+    (record,) = read_log(f"{line}\nTime (s),Displacement (mm),Force (N)\n{ROWS}")
+    assert ("factor-stated" in {f.kind for f in record.findings}) == said
+    assert record.channels["force"][3] == 3.0
