@@ -21,6 +21,8 @@ FORTRAN_MARK = re.compile(r"[dD][+-]?\d")
 SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 """Marks that part thousands and nothing else."""
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
+LARGE = re.compile(r"(?<![\w.,])[1-9]\d{0,2}[ '\u2019\u00a0\u202f\u2009.,]\d{3}(?!\d)")
+"""A number of which a mark may part the thousands."""
 SPELLING_LINES, REFUTING_LINES = 400, 20
 TAIL = 16384
 """Lines at the beginning by which it is seen how numbers are spelt, few of them by which most marks are refuted, and
@@ -51,7 +53,8 @@ class Thousands:
 
 def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]:
     """Return a log with its numbers as programs write them, its text if that was changed, and what is said of it."""
-    sample = [*source.head.lines[:SPELLING_LINES], *source.head.lines[-SPELLING_LINES:], *_last_lines(source.head)]
+    lines = source.head.lines
+    sample = [*lines[:SPELLING_LINES], *_large_between(lines), *lines[-SPELLING_LINES:], *_last_lines(source.head)]
     changes: list[Callable[[str], str]] = []
     said: list[Finding] = []
     together = "\n".join(sample)
@@ -65,8 +68,11 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
             thousands.mark, "blanks"
         )
         said.append(Finding("thousands", "", None, f"{shown} part the thousands of numbers"))
+    if not said and (mark := _may_part_either(sample)):
+        text = f"every number with a '{mark}' has three digits behind it: taken as the decimal mark, not as thousands"
+        said.append(Finding("decimal-assumed", "", None, f"{text}; a channel map can say scale = 1000"))
     if not changes:
-        return source, None, []
+        return source, None, said
 
     def changed(text: str) -> str:
         for change in changes:
@@ -74,6 +80,25 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
         return text
 
     return *rewritten(source, map(changed, source.head.lines), changed), said
+
+
+def _may_part_either(lines: Sequence[str]) -> str:
+    """Return the only mark in the numbers of rows where it stands as it would to part thousands; empty elsewhere."""
+    for delimiter in ("\t", ";", "|"):
+        rows = _rows_of_numbers(lines, delimiter)
+        if len(rows) < 3 or 2 * len(rows) < sum(bool(line.strip()) for line in lines):
+            continue
+        fields = [f for row in rows for f in row]
+        marks = [m for m in ",." if any(m in f for f in fields)]
+        if len(marks) == 1 and _all_grouped(fields, Thousands(marks[0], "[^.,]", delimiter)):
+            return marks[0]
+    return ""
+
+
+def _large_between(lines: Sequence[str]) -> list[str]:
+    """Return lines between the first and the last with a number that a mark may part: a force seldom reaches 1000."""
+    found = [line for line in lines[SPELLING_LINES:-SPELLING_LINES] if LARGE.search(line)]
+    return found[:: 1 + len(found) // SPELLING_LINES]
 
 
 def _last_lines(head: Head) -> list[str]:

@@ -1,4 +1,4 @@
-"""A factor that a header states is said, since nobody knows whether the numbers hold it; settings of a scope are not."""
+"""A factor that a header states is said: nobody knows whether the numbers hold it. Settings of a scope are not."""
 
 import pytest
 

@@ -76,6 +76,27 @@ def test_three_decimals_that_never_fall_below_one_stay_decimals(read_log: ReadLo
     rows = "".join(f"{k};{5.0 + 4.0 * np.sin(0.03 * k):.3f}\n" for k in K)
     (record,) = read_log(f"Time (ms);Force (N)\n{rows}")
     assert float(record.channels["force"].max()) == pytest.approx(9.0)
+    # whole forces of thousands would be written so, too
+    assert [f.text.partition(":")[0] for f in record.findings if f.kind == "decimal-assumed"] == [
+        "every number with a '.' has three digits behind it"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "mark", "decimal"), [(";", "'", "."), (";", "\u202f", ","), ("\t", ",", "."), (";", ".", ",")]
+)
+def test_a_force_that_reaches_a_thousand_late_and_seldom_is_read(
+    delimiter: str, mark: str, decimal: str, read_log: ReadLog
+) -> None:
+    force = 990.0 * np.cos(0.025 * K)
+    force[700:720] = np.linspace(1001.0, 1777.0, 20)
+    rows = (
+        delimiter.join([_grouped(t, 3, "", decimal), _grouped(f, 1, mark, decimal)])
+        for t, f in zip(TIME, force, strict=True)
+    )
+    (record,) = read_log("\n".join([f"Time (ms){delimiter}Force (N)", *rows, ""]))
+    assert record.rows_refused == 0
+    np.testing.assert_allclose(record.channels["force"], force, atol=0.06)
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
