@@ -39,6 +39,8 @@ OVERFLOW = 1e30
 
 LONGEST_INTERVAL = 600.0
 """Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
+FEWEST_SLOW = 3
+"""Fewest numbers of a channel by which it is seen to be slow, and one more."""
 
 REPEATED_HEADER = "repeated header"
 NO_SAMPLE = (REPEATED_HEADER, "empty row", "repeated time", STATISTICS)
@@ -232,6 +234,7 @@ def _refuse_missing(rows: NamedRows, origin: LogOrigin) -> None:
                 f"channel '{signal.name}' holds no number at all (NaN in every row)",
                 f'leave it out: ignore = ["{signal.name}"] in a channel map',
             )
+    _fill_slow(rows)
     stack = [rows.time, *(s.values for s in rows.signals)]
     unsound = series.places(lambda *values: ~np.logical_and.reduce([_sound(v) for v in values]), *stack)
     if len(unsound):
@@ -261,6 +264,37 @@ def _leave_out_loose(rows: NamedRows) -> None:
     for signal, number in loose:
         text = f"'{signal.name}' has no unit and is not finite in {number} rows: left out"
         rows.findings.append(Finding("not-read", signal.name, None, text))
+
+
+def _fill_slow(rows: NamedRows) -> None:
+    """Fill channels that were sampled in every n-th row; leave out others of which most is missing beside full ones."""
+    length = len(rows.lines)
+    filled = [series.places(_sound, s.values) for s in rows.signals]
+    if all(2 * len(places) < length for places in filled):
+        return
+    kept = []
+    for signal, places in zip(rows.signals, filled, strict=True):
+        every = int(places[1] - places[0]) if len(places) > FEWEST_SLOW else 0
+        if every > 1 and np.all(np.diff(places) == every) and places[0] < every and length - places[-1] <= every:
+            kept.append(replace(signal, values=_between(signal, places, length)))
+            text = f"'{signal.name}' has a number in one of {every} rows: interpolated between them"
+            rows.findings.append(Finding("slow-channel", signal.name, None, text))
+        elif 2 * len(places) < length:
+            text = f"'{signal.name}' has a number in {len(places)} of {length} rows only: left out"
+            rows.findings.append(Finding("not-read", signal.name, None, text))
+        else:
+            kept.append(signal)
+    rows.signals = kept
+
+
+def _between(signal: Signal, places: series.Values, length: int) -> series.Values:
+    """Return a slow channel in every row: on a cubic spline, a current that may be switched on straight lines."""
+    known = series.at(signal.values, places)
+    if signal.name == "current" or not series.in_memory(signal.values):
+        return series.interpolated(places, known, length)
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(places, known)(np.minimum(np.arange(length), places[-1])))
 
 
 def _summary(refused: RejectedRows) -> str:
