@@ -182,12 +182,22 @@ def _times(table: Table, origin: LogOrigin) -> RowTimes:
     stated = origin.rules.dt or table.dt
     if table.time is not None:
         values, scale, assumed = in_seconds(table.time, origin.rules, origin.path)
-        return RowTimes(values, stated, _last_digit(table.time, scale), tuple(assumed))
+        if not origin.rules.dt or not _stand_still(values):
+            return RowTimes(values, stated, _last_digit(table.time, scale), tuple(assumed))
+        text = f"the times in '{table.time.name or table.time.index}' stand still from row to row: the rows are counted at the map's rate"
+        number, said = _numbers(table, origin)
+        unused = Finding("times-unused", "", None, text)
+        return RowTimes(series.mapped(lambda n: n * stated, number), stated, None, (*assumed, unused, *said))
     if stated is None:
         unclear = "".join(f"; {f.text}" for f in table.findings if f.kind == "rate-unclear")
         raise rate_missing(origin.path, [c.name or str(c.index) for c in table.columns], unclear)
     number, said = _numbers(table, origin)
     return RowTimes(series.mapped(lambda n: table.start + n * stated, number), stated, None, said)
+
+
+def _stand_still(values: Array) -> bool:
+    """Whether most times are those of the row before."""
+    return 2 * sum(int(np.count_nonzero(step == 0.0)) for _, step in series.steps(values)) > len(values)
 
 
 def _numbers(table: Table, origin: LogOrigin) -> tuple[series.Values, tuple[Finding, ...]]:

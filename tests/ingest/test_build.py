@@ -197,3 +197,15 @@ def test_a_header_again_is_left_out_where_a_count_or_a_time_goes_on(read_log: Re
         top = f"{name},Force (N)\n"
         (record,) = read_log("Sample rate: 500 Hz\n" + top + "".join(rows[:300]) + top + "".join(rows[300:]))
         assert record.samples == 600
+
+
+@pytest.mark.parametrize("stamp", [lambda k: f"19:07:{8 + k // 200:02d}", lambda k: str(1764356828 + k // 200)])
+def test_the_rate_that_a_message_asks_for_is_enough_where_times_stand_still(stamp: object, read_log: ReadLog) -> None:
+    assert callable(stamp)
+    rows = [f"{stamp(k)},{np.sin(k / 9):.4f},{90 * np.cos(k / 9):.3f}\n" for k in range(2000)]
+    text = "Time,Disp (mm),Force (N)\n" + "".join(rows)
+    with pytest.raises(Refusal, match=r"give the rate \(rate = "):
+        read_log(text)
+    (record,) = read_log(text, channel_map="rate = 200\n")
+    assert (record.samples, record.dt) == (2000, 0.005)
+    assert "times-unused" in {f.kind for f in record.findings}
