@@ -243,6 +243,8 @@ class Breaks:
         Whether a record that is early, as by a filter in the motion's channel, looks the same to first order.
     alike
         Effects that no test of this kind tells from it: it is named as one of a set.
+    unexamined
+        Effects that break the same and cannot be examined: with one that a base taken as exact names it is a set.
     """
 
     invariance: Invariance
@@ -250,6 +252,7 @@ class Breaks:
     relaxation: bool = True
     early: bool = False
     alike: tuple[str, ...] = ()
+    unexamined: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

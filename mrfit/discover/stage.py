@@ -420,12 +420,18 @@ def _with_laws_as_chosen(job: _Job, decided: _DependenceChoice, choice: LawChoic
 
 
 def _better_decided(job: _Job, currents: Currents, decided: _DependenceChoice) -> _DependenceChoice:
-    """Return the decision with other laws of current if it explains the base and errs less on held-out conditions."""
+    """Return the decision with other laws of current if it explains the base and errs less on held-out conditions.
+
+    So it is taken where it needs no effects that are such laws, and errs hardly more where it was fitted.
+    """
     if not job.decides_again():
         return decided
     other = _judged(_started(job, currents), currents.dependence)
-    nearer = other.chosen.final.holdout < decided.judged.chosen.final.holdout
-    return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and nearer else decided
+    new, old = other.chosen.final, decided.judged.chosen.final
+    lawful = {e for e in old.effects if is_law_of_current(registry.load("effect", e).SPEC)}
+    plainer = lawful and set(new.effects) == set(old.effects) - lawful
+    better = new.holdout < old.holdout or plainer and new.train**2 <= STANDARD.simpler_error * old.train**2
+    return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and better else decided
 
 
 def _not_determined(job: _Job, decided: _DependenceChoice) -> str:

@@ -184,7 +184,8 @@ def _times(table: Table, origin: LogOrigin) -> RowTimes:
         values, scale, assumed = in_seconds(table.time, origin.rules, origin.path)
         if not origin.rules.dt or not _stand_still(values):
             return RowTimes(values, stated, _last_digit(table.time, scale), tuple(assumed))
-        text = f"the times in '{table.time.name or table.time.index}' stand still from row to row: the rows are counted at the map's rate"
+        name = table.time.name or table.time.index
+        text = f"the times in '{name}' stand still from row to row: the rows are counted at the map's rate"
         number, said = _numbers(table, origin)
         unused = Finding("times-unused", "", None, text)
         return RowTimes(series.mapped(lambda n: n * stated, number), stated, None, (*assumed, unused, *said))

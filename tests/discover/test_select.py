@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 import mrfit.discover
 from mrfit.discover.evidence.gather import gather
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.discover.selection.exact_base import Selection, decide, select, take_back, without_idle, without_noise
+from mrfit.discover.selection.duels import Inquiry
+from mrfit.discover.selection.exact_base import (
+    ExactBase,
+    Selection,
+    decide,
+    select,
+    take_back,
+    without_idle,
+    without_noise,
+)
 from mrfit.discover.selection.questions import Contrast, Fit, Growth, Join, Repetition, Try
 from mrfit.discover.selection.rules import leaves_too_much
 from tests.discover.world import UNCLEAR, World, fit
@@ -268,6 +277,31 @@ def test_what_takes_a_part_of_the_noise_is_not_named(
     if not named:
         assert found.final == alone and found.ambiguous == ()
         assert found.reasons == {"a": "the error without it is that of the noise"}
+
+
+@pytest.mark.parametrize(
+    ("place", "aliases", "alone", "named"),
+    [
+        # a wider form that ended at an end of its range, beside the one that it then is
+        (0.99, {"b": ("a",)}, 1.3, ("b",)),
+        (0.50, {"b": ("a",)}, 1.3, ("a", "b")),
+        (0.99, {}, 1.3, ("a", "b")),
+        # without it too much is left
+        (0.99, {"b": ("a",)}, 9.0, ("a", "b")),
+    ],
+)
+def test_an_effect_at_an_end_of_its_form_goes_where_the_one_it_is_mistaken_for_is_enough(
+    place: float, aliases: dict[str, tuple[str, ...]], alone: float, named: tuple[str, ...]
+) -> None:
+    errors = {(): 20.0, ("a",): 15.0, ("b",): alone, ("a", "b"): 1.05}
+    world = World(errors, aliases=aliases, shapes={"a": {"v": place}})
+    both = world.fitted(("a", "b"))
+    chosen = Selection(world.base, both, both, world.ask_screening())
+    comparison = ExactBase(Inquiry(world, STANDARD, world.ask_screening()))
+    found = comparison.without_limit(chosen, "a")
+    assert (chosen if found is None else found).effects == named
+    assert found is None or found.reasons["a"].startswith("beside b it ended at an end of its form")
+    assert comparison.without_limit(chosen, "b") is None
 
 
 def test_an_effect_that_follows_a_drift_is_taken_out() -> None:

@@ -494,6 +494,9 @@ def test_laws_are_chosen_again_beside_an_effect_that_leaves_noise_where_it_was_f
         (True, "none at 1.1", True),
         (True, "unexplained at 1.1", False),
         (True, "named at 4.1 stribeck", False),
+        # it needs no effect that is a law of current, and errs hardly more where it was fitted
+        (True, "named at 4.1 temperature", True),
+        (True, "named at 4.3 temperature", False),
         # none of the effects leaves less beside it
         (False, "", False),
     ],
@@ -515,7 +518,8 @@ def test_forces_bend_more_and_shapes_stay_constant_where_these_tell_more(
     monkeypatch.setattr(
         base_dependence, "tested_currents", lambda *_: current_levels.TestedCurrents([0.0, 0.3, 0.6, 1.0], [], 0.0, 1.0)
     )
-    decided = stage._DependenceChoice(decision("unexplained at 4.0"), Currents(CHOSEN))
+    first = "named at 4.0 current-saturation temperature" if "temperature" in other else "unexplained at 4.0"
+    decided = stage._DependenceChoice(decision(first), Currents(CHOSEN))
     found = stage._with_plain_laws(JOB, decided)
     assert asked == [(("fy", 3), ("c", 1))] * gains
     assert (found is not decided) == kept

@@ -32,6 +32,7 @@ from mrfit.discover.selection.rules import (
     drift,
     goes_on,
     leaves_too_much,
+    limits,
     objection,
     word_of_unknown_noise,
     worth_a_refit,
@@ -149,6 +150,7 @@ def decide(source: EvidenceSource, policy: Policy) -> Selection:
     chosen = comparison.selected()
     chosen = replace(chosen, proven=chosen.final, doubtful=chosen.ambiguous)
     chosen = prune_each(prune(chosen, comparison.without_below_the_rest), comparison.without_drifting)
+    chosen = prune_each(chosen, comparison.without_limit)
     for name in chosen.effects:
         strength = source.strength(chosen.final, name)
         chosen = chosen.because(name, f"its parameter is {strength:.0f} standard errors from neutral")
@@ -231,6 +233,15 @@ class ExactBase:
         rest = self._rest(chosen.final, name) or self.inquiry.base
         reason = f"it changes by {abs(found.change / found.distance):.0%} in half a record: a drift, not this effect"
         return replace(chosen, drifting=(*chosen.drifting, Follower(name, found))).without(name, rest, reason)
+
+    def without_limit(self, chosen: Selection, name: str) -> Selection | None:
+        """Take out an effect that ended at an end of its form beside one that it is mistaken for, if this is enough."""
+        source, policy = self.inquiry.source, self.inquiry.policy
+        others = [e for e in chosen.effects if limits(chosen.final, name, source.library[e], policy)]
+        rest = self._rest(chosen.final, name) if others else None
+        if rest is None or leaves_too_much(self.inquiry.base, rest, source.noise, policy):
+            return None
+        return chosen.without(name, rest, f"beside {others[0]} it ended at an end of its form, and adds little")
 
     def with_verdict(self, chosen: Selection) -> Selection:
         """Return the selection with its verdict, by what a model predicts of the error that knows no physics."""

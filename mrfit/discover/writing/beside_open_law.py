@@ -1,7 +1,7 @@
 """An examination by invariances on the data of a discovery, and what is told of it beside a base taken as exact."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,7 @@ def beside_open_law(
     """
     fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
     examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
+    examined = with_unexamined(examined, chosen.effects)
     combined = combine(chosen, examined, policy, leaves_noise(chosen, floors, policy), floors.told, floors.noise)
     fits = _HeldFits.of(fitter, base, combined)
     while shadow := of_no_use(combined.standing, fits.without, fits.gap.after, policy):
@@ -122,6 +123,17 @@ class _HeldFits:
             own.name: gap_of(fitter.bench, base, fitted(n for n in standing if n is not own)).after for own in standing
         }
         return cls(after, gap_of(fitter.bench, base, after), without)
+
+
+def with_unexamined(examined: LawFindings, effects: Collection[str]) -> LawFindings:
+    """Return findings in which effects are sets with those of a base taken as exact that break the same, unexamined."""
+
+    def one_of(found: InvariantEffect) -> tuple[str, ...]:
+        breaks = registry.load("effect", found.name).SPEC.breaks
+        others = breaks.unexamined if breaks else ()
+        return (*found.one_of, *(e for e in others if e in effects and e not in found.one_of))
+
+    return replace(examined, named=tuple(n.model_copy(update={"one_of": one_of(n)}) for n in examined.named))
 
 
 def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = None) -> LawFindings:

@@ -33,7 +33,7 @@ JSON_INTERVALS = {"dt": "s", "ts": "s", "sample_interval": "s", "interval": "s",
     ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency"), "Hz"
 )
 """Names of a sample interval or rate, with the unit they have where none is written."""
-FACTORS = (*SCALE_ATTRIBUTES, *COUNTED_SCALES, *OFFSET_ATTRIBUTES, *OTHER_FACTOR_ATTRIBUTES)
+JSON_FACTORS = (*SCALE_ATTRIBUTES, *COUNTED_SCALES, *OFFSET_ATTRIBUTES, *OTHER_FACTOR_ATTRIBUTES)
 """Names of factors and offsets, which are said and never applied."""
 DEEPEST_OBJECT = 4
 """Objects inside each other in which arrays are looked for."""
@@ -169,7 +169,7 @@ def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
 def _factors_in(content: Mapping[str, Any]) -> list[str]:
     """Return the keys of an object that state a factor or an offset, or those of several channels."""
     numbers = {str(n): v for n, v in content.items() if isinstance(v, (int, float, dict)) and v not in (0, 1)}
-    return [name for name in numbers if name.lower() in FACTORS]
+    return [name for name in numbers if name.lower() in JSON_FACTORS]
 
 
 def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:

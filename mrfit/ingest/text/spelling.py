@@ -21,7 +21,7 @@ FORTRAN_MARK = re.compile(r"[dD][+-]?\d")
 SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 """Marks that part thousands and nothing else."""
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
-LARGE = re.compile(r"(?<![\w.,])[1-9]\d{0,2}[ '\u2019\u00a0\u202f\u2009.,]\d{3}(?!\d)")
+LARGE_NUMBER = re.compile(r"(?<![\w.,])[1-9]\d{0,2}[ '\u2019\u00a0\u202f\u2009.,]\d{3}(?!\d)")
 """A number of which a mark may part the thousands."""
 SPELLING_LINES, REFUTING_LINES = 400, 20
 TAIL = 16384
@@ -97,7 +97,7 @@ def _may_part_either(lines: Sequence[str]) -> str:
 
 def _large_between(lines: Sequence[str]) -> list[str]:
     """Return lines between the first and the last with a number that a mark may part: a force seldom reaches 1000."""
-    found = [line for line in lines[SPELLING_LINES:-SPELLING_LINES] if LARGE.search(line)]
+    found = [line for line in lines[SPELLING_LINES:-SPELLING_LINES] if LARGE_NUMBER.search(line)]
     return found[:: 1 + len(found) // SPELLING_LINES]
 
 
