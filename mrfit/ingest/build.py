@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.core.channels import unit_of
+from mrfit.core.channels import LARGEST, unit_of
 from mrfit.core.counting import few
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
@@ -39,6 +39,8 @@ OVERFLOW = 1e30
 
 LONGEST_INTERVAL = 600.0
 """Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
+SLOW_CHANNELS = {"temperature", "voltage", "current"}
+"""Channels of models that may be sampled more slowly than others."""
 FEWEST_SLOW = 3
 """Fewest numbers of a channel by which it is seen to be slow, and one more."""
 
@@ -245,7 +247,7 @@ def _refuse_missing(rows: NamedRows, origin: LogOrigin) -> None:
                 f"channel '{signal.name}' holds no number at all (NaN in every row)",
                 f'leave it out: ignore = ["{signal.name}"] in a channel map',
             )
-    _fill_slow(rows)
+    _fill_slow(rows, origin.rules)
     stack = [rows.time, *(s.values for s in rows.signals)]
     unsound = series.places(lambda *values: ~np.logical_and.reduce([_sound(v) for v in values]), *stack)
     if len(unsound):
@@ -277,20 +279,27 @@ def _leave_out_loose(rows: NamedRows) -> None:
         rows.findings.append(Finding("not-read", signal.name, None, text))
 
 
-def _fill_slow(rows: NamedRows) -> None:
-    """Fill channels that were sampled in every n-th row; leave out others of which most is missing beside full ones."""
+def _fill_slow(rows: NamedRows, rules: Rules) -> None:
+    """Fill channels that were sampled in every n-th row; leave out others of which most is missing beside full ones.
+
+    What moves or is moved is neither, nor is a channel that the map names.
+    """
     length = len(rows.lines)
-    filled = [series.places(_sound, s.values) for s in rows.signals]
-    if all(2 * len(places) < length for places in filled):
+    counts = [series.count(_sound, s.values) for s in rows.signals]
+    if all(2 * count <= length for count in counts):
         return
     kept = []
-    for signal, places in zip(rows.signals, filled, strict=True):
+    for signal, count in zip(rows.signals, counts, strict=True):
+        if 2 * count > length or signal.name in LARGEST.keys() - SLOW_CHANNELS:
+            kept.append(signal)
+            continue
+        places = series.places(_sound, signal.values)
         every = int(places[1] - places[0]) if len(places) > FEWEST_SLOW else 0
         if every > 1 and np.all(np.diff(places) == every) and places[0] < every and length - places[-1] <= every:
             kept.append(replace(signal, values=_between(signal, places, length)))
             text = f"'{signal.name}' has a number in one of {every} rows: interpolated between them"
             rows.findings.append(Finding("slow-channel", signal.name, None, text))
-        elif 2 * len(places) < length:
+        elif signal.name not in {"current", *rules.channels}:
             text = f"'{signal.name}' has a number in {len(places)} of {length} rows only: left out"
             rows.findings.append(Finding("not-read", signal.name, None, text))
         else:
@@ -305,7 +314,7 @@ def _between(signal: Signal, places: series.Values, length: int) -> series.Value
         return series.interpolated(places, known, length)
     from scipy.interpolate import CubicSpline
 
-    return np.asarray(CubicSpline(places, known)(np.minimum(np.arange(length), places[-1])))
+    return np.asarray(CubicSpline(places, known)(np.clip(np.arange(length), places[0], places[-1])))
 
 
 def _summary(refused: RejectedRows) -> str:

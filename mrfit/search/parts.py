@@ -79,7 +79,7 @@ class SegmentPart:
     @property
     def folds(self) -> bool:
         """Whether its cycles can be folded."""
-        return self.drive.fits is not None
+        return self.drive.fits is not None and self.lost is None
 
     @property
     def period(self) -> float:

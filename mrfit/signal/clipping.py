@@ -26,10 +26,12 @@ def clipped(recording: Recording, segment: Segment, channel: str) -> Mask:
         Its name.
     """
     mask = np.zeros(segment.stop - segment.start, dtype=bool)
-    if not any(f.kind == "clipped" and f.channel == channel for f in recording.findings):
+    times = [f.at for f in recording.findings if f.kind == "clipped" and f.channel == channel and f.at is not None]
+    if not times:
         return mask
     values = np.asarray(recording.channels[channel])
-    for end in (values.min(), values.max()):
+    rows = np.clip(np.round(np.array(times) / recording.dt).astype(np.int64), 0, len(values) - 1)
+    for end in {float(values.min()), float(values.max())} & set(values[rows].tolist()):
         at_end = values == end
         if stands(at_end):
             # closing leaves out what is next to the record's ends

@@ -127,7 +127,10 @@ def test_a_sample_at_which_the_output_was_clipped_counts_for_nothing() -> None:
     force = 800.0 * V + np.random.default_rng(3).standard_normal(COUNT)
     limit = 0.8 * np.max(force)
     cut = Recording("0", "r.csv", "r", "none", DT, 0.0, {"velocity": V, "force": np.minimum(force, limit)}, {})
-    found = [replace(cut, findings=own) for own in ((), (Finding("clipped", "force", 0.0, "it is clipped"),))]
+    found = [
+        replace(cut, findings=own)
+        for own in ((), (Finding("clipped", "force", DT * float(np.argmax(cut.channels["force"])), "it is clipped"),))
+    ]
     whole, kept = (build_bench([own], {"0": r}, base, []).stretches[0] for r in found)
     assert np.all(kept.block.counts[force > limit + 5.0] == 0.0)
     assert np.all(kept.block.counts[force < limit - 5.0] == 1.0) and np.all(whole.block.counts == 1.0)

@@ -24,7 +24,9 @@ def clipped_study(folder: Path, *findings: Finding) -> Workspace:
         force = np.asarray(record.channels["force"])
         limit = 0.9 * float(np.max(np.abs(force)))
         channels = {**record.channels, "force": np.clip(force, -limit, limit)}
-        study.write_recording(replace(record, channels=channels, findings=findings))
+        ends = [float(k) * record.dt for k in (np.argmin(channels["force"]), np.argmax(channels["force"]))]
+        told = tuple(replace(f, at=at) for f in findings for at in ends)
+        study.write_recording(replace(record, channels=channels, findings=told))
     return study
 
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from mrfit.ingest.refusal import Refusal
 from tests.ingest.conftest import ReadLog
 
 K = np.arange(2000)
@@ -34,6 +35,17 @@ def test_a_switched_current_is_on_straight_lines(read_log: ReadLog) -> None:
     found = record.channels["current"]
     assert 0.2 <= found.min() and found.max() <= 1.8
     assert np.mean(np.abs(found - current) < 1e-9) > 0.9
+
+
+def test_before_its_first_number_a_slow_channel_is_held(read_log: ReadLog) -> None:
+    (record,) = read_log(text("Oil temperature (degC)", WARM, K % 10 == 9))
+    np.testing.assert_array_equal(record.channels["temperature"][:9], np.full(9, record.channels["temperature"][9]))
+
+
+@pytest.mark.parametrize("every", [2, 10])
+def test_a_motion_between_whose_numbers_much_may_happen_is_no_slow_channel(every: int, read_log: ReadLog) -> None:
+    with pytest.raises(Refusal, match="empty value"):
+        read_log(text("Stroke (mm)", np.sin(0.5 * K), K % (2 * every) == 0))
 
 
 def test_a_channel_that_is_mostly_missing_is_left_out_and_said(read_log: ReadLog) -> None:

@@ -327,6 +327,8 @@ def usual(errors: Sequence[Array]) -> float:
     error decides. One such sample may outweigh a record, and any effect that moves it seems to take all of that.
     """
     squares = np.concatenate(errors) ** 2
+    # an error is 0 where a sample is not compared
+    squares = squares[squares > 0.0] if np.any(squares) else squares
     kept = len(squares) - int(STANDARD.odd_samples * len(squares))
     return float(np.sqrt(np.mean(np.partition(squares, kept - 1)[:kept])))
 

@@ -129,7 +129,7 @@ def setting_of(
         motions=tuple(motion_of(r, b, scales) for r, b in zip(records, base, strict=True)),
         every=every,
         targets=tuple(targets),
-        compared=tuple(_compared(r, k) for r, k in zip(records, every, strict=True)),
+        compared=_compared(records, every),
         groups=_groups(records, [len(t) for t in targets], policy),
         known={e.name: e for e in effects},
     )
@@ -144,10 +144,11 @@ def _targets(record: Record, every: int) -> Array:
     return _row_means(record.output, every)
 
 
-def _compared(record: Record, every: int) -> Array:
-    """Return 1 for each row without a clipped sample, 0 for others."""
-    own = np.ones(len(record.output)) if record.compared is None else record.compared
-    return np.floor(_row_means(own, every))
+def _compared(records: Sequence[Record], every: Sequence[int]) -> tuple[Array, ...]:
+    """Return 1 for each row without a clipped sample, 0 for others, per record (n,); 1 for all if no row has none."""
+    own = [np.ones(len(r.output)) if r.compared is None else r.compared for r in records]
+    rows = tuple(np.floor(_row_means(o, k)) for o, k in zip(own, every, strict=True))
+    return rows if any(r.any() for r in rows) else tuple(np.ones_like(r) for r in rows)
 
 
 def _row_means(values: Array, every: int) -> Array:

@@ -15,12 +15,11 @@ from mrfit.ingest import series
 from mrfit.ingest.containers.attributes import UNIT_KEYS
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.shelf import Shelf
-from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
 from mrfit.ingest.time.clocks import is_called_clock, is_clock
-from mrfit.ingest.time.rate import LONG_BARE, interval, rate_missing
+from mrfit.ingest.time.rate import LONG_BARE, interval, of_kind, rate_missing
 
 INTERVAL_NAMES = (
     *("ts", "dt", "delta_t", "sample_time", "sampletime", "wf_increment"),
@@ -263,15 +262,18 @@ def _stated(names: Sequence[str], arrays: Arrays) -> tuple[float | None, tuple[F
             continue
         if word in (*INTERVAL_NAMES, *ARRAY_RATE_NAMES):
             written = _unit_beside(name, arrays)
-            unit = written or ("s" if word in INTERVAL_NAMES else "Hz")
-            dt = interval(value, unit) if any(units.compatible(unit, kind) for kind in ("s", "Hz")) else np.nan
+            kind = "s" if word in INTERVAL_NAMES else "Hz"
+            unit = of_kind(written, kind) or of_kind(written, "s") if written else kind
+            dt = interval(value, unit) if unit else np.nan
             if not written and dt > LONG_BARE:
                 bare.append(f"{name} = {value:g} without a unit")
             intervals[f"{name} = {value:g} {written}".strip()] = dt
         elif word in DECIMATIONS and value != 1.0:
             intervals[f"{name} = {value:g}"] = np.nan
     if not any(np.isfinite(dt) for dt in intervals.values()):
-        return None, ()
+        odd = [text for text, dt in intervals.items() if not text.rpartition(".")[2].lower().startswith(DECIMATIONS)]
+        text = f"the file states {' and '.join(odd)}: not used"
+        return None, (Finding("rate-unclear", "", None, text),) if odd else ()
     first = next(iter(intervals.values()))
     if len(bare) == len(intervals):
         return None, (Finding("rate-unclear", "", None, f"the file states {' and '.join(bare)}: not used"),)

@@ -271,11 +271,13 @@ def _unwritten(item: Any) -> float:
 
 
 def _attributes(arrays: Arrays, name: str, attributes: Any) -> None:
+    import h5py
+
     for key in attributes:
         about = attributes.get_id(key)
         if about.shape is None or math.prod(about.shape) != 1:
             continue
         if about.dtype.kind in "fiu":
             arrays.scalars.setdefault(f"{name}.{key}", float(np.asarray(attributes[key]).reshape(())))
-        elif about.dtype.kind in "SO":
+        elif about.dtype.kind == "S" or h5py.check_string_dtype(about.dtype):
             arrays.texts.setdefault(f"{name}.{key}", decoded(np.asarray(attributes[key]).reshape(()).item()))

@@ -24,7 +24,7 @@ NOT_MEASURED = frozenset(
     "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
     "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled delta "
     "difference differenz preload setp sp nominal noise friction rise increase "
-    "übertemperatur uebertemperatur erwärmung erwaermung residual residuum ripple leakage side spring feder".split()
+    "übertemperatur uebertemperatur erwärmung erwaermung residual residuum ripple leakage".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 OF_DIFFERENCES = frozenset(

@@ -11,13 +11,13 @@ from mrfit.ingest.table import Table
 STATED_FACTOR = re.compile(
     r"\b(?:gain|multipl(?:y|ied|ier|icator)|scal(?:e|ing)(?: factor)?|(?:conversion |calibration )?factor|calibration"
     r"|faktor|verst(?:ä|ae)rkung|skalierung|attenuation|in units of|y *=)(?![^\W\d])[^\d\n]*?"
-    r"(?P<number>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?![\d:/-])|(?<![\w.])(?P<times>\d+)[x×](?!\w)",
+    r"(?P<number>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?![\d:/-])|\brange\b[^\d\n]*(?P<times>\d+)[x×](?!\w)",
     re.IGNORECASE,
 )
 """A word and the first number behind it, or a number of times."""
 OF_INSTRUMENTS = re.compile(
-    r"\b(?:probe|vertical|horizontal|time ?base|time|full[ -]?scale|grid|zoom|display|div|filter|date|range"
-    r"|channel \d)",
+    r"\b(?:probe|vertical|horizontal|time ?base|time|full[ -]?scale|grid|zoom|display|div|filter|date|range|y-?scale"
+    r"|channel \d|ch ?\d|certificate|valid|due|until|controller|pid|[pid] gain|attenuation)|\d\.\d+\.\d",
     re.IGNORECASE,
 )
 """Words of settings that the instrument has applied itself."""

@@ -214,6 +214,8 @@ def to_si(text: str) -> Conversion:
 def contradict(one: str, other: str) -> bool:
     """Whether two known units are of one kind and of different size."""
     first, second = to_si(one), to_si(other)
+    if {first.unit, second.unit} == {"K", "degC"}:
+        return True
     return first.unit == second.unit and first != second
 
 

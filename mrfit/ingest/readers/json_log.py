@@ -23,7 +23,7 @@ from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import name_and_unit, name_and_units
-from mrfit.ingest.time.rate import interval
+from mrfit.ingest.time.rate import interval, of_kind
 
 SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with data; dt and units beside them")
 BEGINS = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{])")
@@ -196,8 +196,9 @@ def _interval(name: str, value: Any, beside: str | None = None) -> float | None:
         value, unit = said[0], said[1] or unit
     if kind is None or isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e300:
         return None
-    unit = unit if isinstance(unit, str) and unit else kind
-    return interval(float(value), unit) if any(units.compatible(unit, k) for k in ("s", "Hz")) else None
+    written = unit if isinstance(unit, str) and unit else kind
+    timed = of_kind(written, kind) or of_kind(written, "s") or of_kind(written, "Hz")
+    return interval(float(value), timed) if timed else None
 
 
 def _table(found: _RunArrays, source: Source) -> Table:

@@ -193,11 +193,12 @@ def interval(value: float, unit: str) -> float:
 def _unit(behind: str, before: str | None, beside: str, kind: str) -> str | None:
     """Return the unit written behind a number, before it in brackets, or in the next field; else an empty text."""
     if behind:
-        return _of_kind(behind, kind)
-    return _of_kind(before or "", kind) or _of_kind(beside, kind) or ""
+        return of_kind(behind, kind)
+    return of_kind(before or "", kind) or of_kind(beside, kind) or ""
 
 
-def _of_kind(text: str, kind: str) -> str | None:
+def of_kind(text: str, kind: str) -> str | None:
+    """Return a unit of a rate (Hz) or an interval (s) as it can be converted, ``kS/s`` as kHz; None if it is none."""
     unit = re.sub(r"([kM]?)(?i:sps|sa/s|s/s|samples/s)", r"\1Hz", text) if kind == "Hz" else text
     return unit if unit and units.compatible(unit, kind) else None
 

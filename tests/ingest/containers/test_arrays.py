@@ -63,8 +63,10 @@ def test_rate_scalar_and_time_from_the_map() -> None:
     [
         ({"dt": 5.0, "dt_unit": "ms"}, 0.005, ""),
         ({"fs": 0.2, "fs_units": "kHz"}, 0.005, ""),
+        ({"fs": 0.2, "fs_units": "kS/s"}, 0.005, ""),
+        ({"fs": 200.0, "fs_units": "samples/s"}, 0.005, ""),
         ({"Ts": 5e-3, "TsUnit": "s"}, 0.005, ""),
-        ({"dt": 5.0, "dt.unit": "parsec"}, None, ""),
+        ({"dt": 5.0, "dt.unit": "parsec"}, None, "dt = 5 parsec: not used"),
         # ms or kHz may be meant where the usual unit gives no rate of a log
         ({"Ts": 5.0}, None, "Ts = 5 without a unit: not used"),
         ({"fs": 0.2}, None, "fs = 0.2 without a unit: not used"),

@@ -138,7 +138,7 @@ def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
         ([("Delta force", "N"), ("Preload", "N")], ["delta_force", "preload"]),
         ([("ResetForce", "N")], ["force"]),  # no word of its own
         ([("Temperature rise", "K"), ("Oil temperature", "degC")], ["temperature_rise", "temperature"]),
-        ([("Übertemperatur", "K"), ("Side force", "N")], ["übertemperatur", "side_force"]),
+        ([("Übertemperatur", "K"), ("Damper side force", "N")], ["übertemperatur", "force"]),
         ([("Current ripple", "A"), ("Force residual", "N")], ["current_ripple", "force_residual"]),
         # of two channels in one unit only the first may be meant by a unit alone
         ([("F", "N"), ("F_filt", "N")], ["force", "f_filt"]),

@@ -28,6 +28,11 @@ ROWS = "".join(f"{k * 0.005:.3f},{k % 7 * 0.1:.1f},{k % 11}\n" for k in range(20
         ("Full scale: 5 kN", False),
         ("Calibration date: 2024-05-01", False),
         ("Specimen: damper 10x20", False),
+        ("Controller gain 12", False),
+        ("Calibration certificate 4711", False),
+        ("Load cell calibration 12.05.2021", False),
+        ("Cyclic 5x", False),
+        ("CH1 Scale: 2.00E+00", False),
     ],
 )
 def test_a_factor_in_a_header_is_said(line: str, said: bool, read_log: ReadLog) -> None:
