@@ -16,7 +16,7 @@ from .__main__ import MOST_PROCESSOR_TIME, run_command
 def compared(case: Path) -> str:
     """Return how the plain error of a case's base compares with that of its fit, in a word and both numbers."""
     found = json.loads((case / "work" / "discover" / "discovery.json").read_text())
-    stated = found["gap"]["plain_before"]
+    stated = found["gap"].get("plain_before")
     with TemporaryDirectory() as folder:
         work = Path(folder) / "work"
         copytree(case / "work", work, ignore=ignore_patterns("discover", "fits"))
@@ -27,7 +27,7 @@ def compared(case: Path) -> str:
         rows = json.loads((work / "fits" / "stated" / "fit.json").read_text())["metrics"]
     own = next((r["nrmse"] for r in rows if (r["role"], r["condition"]) == ("holdout", "all")), None)
     if stated is None:
-        return "left out" if any("plain errors" in part for part in found["left_out"]) else f"none stated, fit {own}"
+        return "left out" if any("plain errors" in part for part in found.get("left_out", ())) else f"none stated, fit {own}"
     return "equal" if stated == own else f"differs: {stated} stated, fit {own}"
 
 
