@@ -27,7 +27,8 @@ def compared(case: Path) -> str:
         rows = json.loads((work / "fits" / "stated" / "fit.json").read_text())["metrics"]
     own = next((r["nrmse"] for r in rows if (r["role"], r["condition"]) == ("holdout", "all")), None)
     if stated is None:
-        return "left out" if any("plain errors" in part for part in found.get("left_out", ())) else f"none stated, fit {own}"
+        is_left_out = any("plain errors" in part for part in found.get("left_out", ()))
+        return "left out" if is_left_out else f"none stated, fit {own}"
     return "equal" if stated == own else f"differs: {stated} stated, fit {own}"
 
 
