@@ -10,12 +10,18 @@ from pathlib import Path
 from shutil import copytree, ignore_patterns
 from tempfile import TemporaryDirectory
 
+from mrfit.fit.stage import over_held_out
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import parsed
+
 from .__main__ import MOST_PROCESSOR_TIME, run_command
+
+FOUND, FITTED = Path("discover", "discovery.json"), Path("fits", "stated", "fit.json")
 
 
 def compared(case: Path) -> str:
     """Return how the plain error of a case's base compares with that of its fit, in a word and both numbers."""
-    found = json.loads((case / "work" / "discover" / "discovery.json").read_text())
+    found = json.loads((case / "work" / FOUND).read_text())
     stated = found["gap"].get("plain_before")
     with TemporaryDirectory() as folder:
         work = Path(folder) / "work"
@@ -24,8 +30,7 @@ def compared(case: Path) -> str:
         code, _ = run_command(asked, Path(folder) / "said.txt", MOST_PROCESSOR_TIME)
         if code:
             return "fit failed" if stated is None else f"fit failed, {stated} stated"
-        rows = json.loads((work / "fits" / "stated" / "fit.json").read_text())["metrics"]
-    own = next((r["nrmse"] for r in rows if (r["role"], r["condition"]) == ("holdout", "all")), None)
+        own = over_held_out(parsed(FITTED, (work / FITTED).read_text(), Fit, "").metrics)
     if stated is None:
         is_left_out = any("plain errors" in part for part in found.get("left_out", ()))
         return "left out" if is_left_out else f"none stated, fit {own}"
@@ -39,8 +44,8 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="only each N-th case")
     given = parser.parse_args()
     counts: Counter[str] = Counter()
-    for path in sorted(given.folder.glob("*/work/discover/discovery.json"))[:: given.every]:
-        case = path.parents[2]
+    cases = [case for case in sorted(given.folder.iterdir()) if (case / "work" / FOUND).exists()]
+    for case in cases[:: given.every]:
         said = compared(case)
         counts[said.partition(":")[0].partition(",")[0]] += 1
         if said not in ("equal", "left out"):

@@ -27,10 +27,15 @@ def load(path: PathText) -> FitResult | Discovery:
         If there is no such file, it is damaged, or of an unknown schema.
     """
     whole = read_json(Path(path))
-    if whole is None and Path(path).is_file() and not Path(path).read_bytes()[:100].lstrip().startswith(b"{"):
+    if whole is None and Path(path).is_file() and not _begins_as_json(Path(path)):
         raise DataError(f"{path}: neither a fit nor a discovery; give its fit.json or discovery.json")
     if isinstance(whole, dict) and str(whole.get("schema", "")).startswith(DISCOVERY):
         found = reading.load(Path(path), DiscoveryFile, "run `mrfit discover` again")
         assert found is not None  # it was read a moment ago
         return Discovery(found)
     return fitting.load(path)
+
+
+def _begins_as_json(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(100).lstrip().startswith(b"{")

@@ -66,10 +66,10 @@ class Inverter:
         grid = np.concatenate([np.linspace(low, high, count) for low, high in pieces_of(self.damper)])
         one = self.amplifier
         least = self.damper.low if one.least is None else one.least
-        if least > one.most * self.damper.high:
-            greatest = f"{one.most * self.damper.high:.4g} A"
-            raise ConfigError(f"--least {least:g} A lies above the greatest command, {greatest}; give a lower one")
-        limits = (least, one.most * self.damper.high, one.rate, one.voltage, one.resistance, one.inductance)
+        most = one.most * self.damper.high
+        if least > most:
+            raise ConfigError(f"--least {least:g} A lies above the greatest command, {most:.4g} A; give a lower one")
+        limits = (least, most, one.rate, one.voltage, one.resistance, one.inductance)
         known = CommandLimits(*(float(np.nan if v is None else v) for v in limits))
         self.inverse = Inverse(grid, count, self.explicit, bool(stepper.lagging), known)
 

@@ -30,7 +30,7 @@ from mrfit.discover.hold_out import too_little, with_laws_trained
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.selection.combine import DECIDED, Floors, may_err, worth_examining
 from mrfit.discover.selection.exact_base import Selection, select
-from mrfit.discover.selection.rules import follows_the_output
+from mrfit.discover.selection.rules import follows_the_output, is_below_floors
 from mrfit.discover.writing.beside_open_law import beside_open_law
 from mrfit.discover.writing.contributions import contributions
 from mrfit.discover.writing.driven_mass import of_driven, with_inertia
@@ -52,12 +52,9 @@ from mrfit.io.schemas.reading import reusable
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.settings.discover import Settings as Settings
-from mrfit.signal.output_floor import SAME_FLOOR_RATIO
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
-from mrfit.simulate.current_levels import (
-    base_of,
-)
+from mrfit.simulate.current_levels import base_of
 
 
 def check(settings: Settings) -> None:
@@ -428,8 +425,8 @@ def _better_decided(job: _Job, currents: Currents, decided: _DependenceChoice) -
         return decided
     other = _judged(_started(job, currents), currents.dependence)
     new, old = other.chosen.final, decided.judged.chosen.final
-    lawful = {e for e in old.effects if is_law_of_current(registry.load("effect", e).SPEC)}
-    plainer = lawful and set(new.effects) == set(old.effects) - lawful
+    rest = _without_laws_of_current(old.effects)
+    plainer = rest != old.effects and set(new.effects) == set(rest)
     better = new.holdout < old.holdout or plainer and new.train**2 <= STANDARD.simpler_error * old.train**2
     return _DependenceChoice(other, currents) if other.chosen.verdict in DECIDED and better else decided
 
@@ -459,13 +456,18 @@ def _is_plainer(job: _Job, found: _JudgedDependence, laws: CurrentDependence | N
     Where only noise is left it may be a little more.
     """
     final = found.chosen.final
-    rest = tuple(e for e in final.effects if not is_law_of_current(registry.load("effect", e).SPEC))
+    rest = _without_laws_of_current(final.effects)
     if rest == final.effects:
         return False
     (plain,) = _refits_by(job, found, laws, [RefitRequest(rest, (final.values,))])
     if max(plain.chi("train"), plain.chi("holdout")) <= STANDARD.at_the_floor:
         most = max(most, STANDARD.simpler_error)
     return plain.chi("holdout") ** 2 <= most * final.holdout**2
+
+
+def _without_laws_of_current(effects: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the effects that a law of current cannot stand for."""
+    return tuple(e for e in effects if not is_law_of_current(registry.load("effect", e).SPEC))
 
 
 def _refits_by(
@@ -510,7 +512,7 @@ def _selected(job: _Job, fitter: Fitter, base: Refit) -> _JudgedDependence:
 
 def _is_below_floors(fit: Refit) -> bool:
     """Return whether a fit leaves less than the noise floors of a role."""
-    return min(fit.chi("train"), fit.chi("holdout")) < 1.0 / SAME_FLOOR_RATIO
+    return is_below_floors(fit.chi("train"), fit.chi("holdout"))
 
 
 def _with_residual_floors(fitter: Fitter, fit: Refit, recordings: Mapping[str, Recording]) -> Fitter:

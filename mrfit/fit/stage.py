@@ -295,9 +295,9 @@ def _cube(assembly: Assembly, settings: Settings) -> Cube:
 
 def _held_outside_warnings(assembly: Assembly, settings: Settings) -> list[Caution]:
     """Return a warning on every parameter that is held outside its usual bounds: another unit may be meant."""
-    found = []
-    for param in assembly.spec.params:
-        value = dict(settings.fixed).get(param.name, param.low)
+    found, fixed = [], dict(settings.fixed)
+    for param in (p for p in assembly.spec.params if p.name in fixed):
+        value = fixed[param.name]
         if not param.low <= value <= param.high:
             bounds = f"{param.low:g} to {param.high:g} {param.unit}".rstrip()
             text = f"{param.name} is held at {value:g}, outside its bounds of {bounds}; check its unit"

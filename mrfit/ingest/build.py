@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.core.channels import LARGEST, unit_of
+from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import few
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
@@ -290,7 +290,7 @@ def _fill_slow(rows: NamedRows, rules: Rules) -> None:
         return
     kept = []
     for signal, count in zip(rows.signals, counts, strict=True):
-        if 2 * count > length or signal.name in LARGEST.keys() - SLOW_CHANNELS:
+        if 2 * count > length or signal.name in CHANNELS.keys() - SLOW_CHANNELS:
             kept.append(signal)
             continue
         places = series.places(_sound, signal.values)

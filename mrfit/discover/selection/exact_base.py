@@ -31,6 +31,7 @@ from mrfit.discover.selection.rules import (
     clearly_left,
     drift,
     goes_on,
+    is_below_floors,
     leaves_too_much,
     limits,
     objection,
@@ -38,7 +39,6 @@ from mrfit.discover.selection.rules import (
     worth_a_refit,
 )
 from mrfit.discover.selection.stepwise import grow, prune, prune_each
-from mrfit.signal.output_floor import SAME_FLOOR_RATIO
 
 UNSEEN = "its sensitivity is not in the error"
 
@@ -341,7 +341,7 @@ def without_noise(chosen: Selection, policy: Policy) -> Selection:
     """
     base, final = chosen.base, chosen.final
     above = max(base.train, base.holdout) > policy.at_the_floor
-    if not final.effects or above or min(final.train, final.holdout) < 1.0 / SAME_FLOOR_RATIO:
+    if not final.effects or above or is_below_floors(final.train, final.holdout):
         return chosen
     reason = "the error without it is that of the noise"
     return replace(chosen.because_of(dict.fromkeys(chosen.effects, reason)), final=base, ambiguous=())

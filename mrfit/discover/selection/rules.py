@@ -8,6 +8,7 @@ from scipy.special import ndtri, stdtr
 
 from mrfit.discover.policy import Policy
 from mrfit.discover.selection.questions import Candidate, Fit, Growth, LibraryEffect, Repetition
+from mrfit.signal.output_floor import SAME_FLOOR_RATIO
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,11 @@ def absorbed(left: float, policy: Policy) -> bool:
 def worth_a_refit(candidates: Iterable[Candidate], policy: Policy) -> list[Candidate]:
     """Return the candidates that are refitted in a round, of candidates with the most promising first."""
     return [c for c in candidates if not c.reason and c.gain > policy.worth_a_refit][: policy.most_refits]
+
+
+def is_below_floors(train: float, holdout: float) -> bool:
+    """Return whether errors of a fit show that the noise floors of a role are too high."""
+    return min(train, holdout) < 1.0 / SAME_FLOOR_RATIO
 
 
 def asks_for_pairs(present: Fit, base: Fit, noise: float, policy: Policy) -> bool:

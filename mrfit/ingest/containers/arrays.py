@@ -12,7 +12,7 @@ from mrfit.core.grouping import grouped
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
-from mrfit.ingest.containers.attributes import UNIT_KEYS
+from mrfit.ingest.containers.attributes import unit_beside
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -244,34 +244,28 @@ def _column(name: str, arrays: Arrays, index: int) -> Column:
     return Column(bare, unit, arrays.signals[name], index)
 
 
-def _unit_beside(name: str, arrays: Arrays) -> str:
-    """Return the unit that stands beside a number, as ``dt_unit`` beside ``dt``; empty without one."""
-    texts = {key.lower(): text for key, text in arrays.texts.items()}
-    found = (texts.get(f"{name}{mark}{word}".lower()) for mark in ("_", ".", "") for word in UNIT_KEYS[:2])
-    return arrays.units.get(name) or next(filter(None, found), "")
-
-
 def _stated(names: Sequence[str], arrays: Arrays) -> tuple[float | None, tuple[Finding, ...]]:
     """Return the sample interval that scalars state for these arrays, or None, and a finding where they disagree."""
     intervals: dict[str, float] = {}
-    bare: list[str] = []
+    bare, odd = list[str](), list[str]()
     for name, value in arrays.scalars.items():
         of, _, word = name.rpartition(".")
         word = word.lower()
         if value <= 0.0 or of in arrays.signals and of not in names:
             continue
         if word in (*INTERVAL_NAMES, *ARRAY_RATE_NAMES):
-            written = _unit_beside(name, arrays)
+            written = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".", ""))
             kind = "s" if word in INTERVAL_NAMES else "Hz"
             unit = of_kind(written, kind) or of_kind(written, "s") if written else kind
-            dt = interval(value, unit) if unit else np.nan
-            if not written and dt > LONG_BARE:
-                bare.append(f"{name} = {value:g} without a unit")
-            intervals[f"{name} = {value:g} {written}".strip()] = dt
+            text = f"{name} = {value:g} {written}".strip()
+            intervals[text] = interval(value, unit) if unit else np.nan
+            if not unit:
+                odd.append(text)
+            if not written and intervals[text] > LONG_BARE:
+                bare.append(f"{text} without a unit")
         elif word in DECIMATIONS and value != 1.0:
             intervals[f"{name} = {value:g}"] = np.nan
     if not any(np.isfinite(dt) for dt in intervals.values()):
-        odd = [text for text, dt in intervals.items() if not text.rpartition(".")[2].lower().startswith(DECIMATIONS)]
         text = f"the file states {' and '.join(odd)}: not used"
         return None, (Finding("rate-unclear", "", None, text),) if odd else ()
     first = next(iter(intervals.values()))

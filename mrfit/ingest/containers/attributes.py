@@ -4,7 +4,7 @@ Packing and marks follow the conventions of NetCDF (CF): marks are compared with
 afterwards.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,6 +54,23 @@ def units_in(about: Mapping[Any, Any]) -> list[str]:
         array = np.asarray(bytes(array.astype(np.uint8).ravel()))
     texts = [decoded(t) for t in array.ravel()] if array.dtype.kind in "SUO" else []
     return texts if any(texts) else []
+
+
+def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> str:
+    """Return the text that states the unit of a number, as ``dt_unit`` of ``dt``; empty without one.
+
+    Parameters
+    ----------
+    name
+        Of the number.
+    texts
+        Texts by name, of any case.
+    marks
+        What may stand between a name and the word for its unit.
+    """
+    low = {key.lower(): text for key, text in texts.items()}
+    found = (low.get(f"{name}{mark}{word}".lower()) for mark in marks for word in UNIT_KEYS[:2])
+    return next(filter(None, found), "")
 
 
 def decoded(text: Any) -> str:

@@ -18,19 +18,18 @@ from mrfit.ingest.table import Column
 from mrfit.ingest.text.layout import aliases_of, unit_words, words_of
 
 ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
-NOT_MEASURED = frozenset(
-    "error err deviation fehler abweichung regelabweichung erreur errore demand demanded command commanded cmd set "
-    "setpoint setting target desired reference ref soll sollwert sollkraft sollweg vorgabe consigne consigna "
-    "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
-    "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled delta "
-    "difference differenz preload setp sp nominal noise friction rise increase "
-    "übertemperatur uebertemperatur erwärmung erwaermung residual residuum ripple leakage".split()
-)
-"""Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 OF_DIFFERENCES = frozenset(
     "rise increase delta difference differenz übertemperatur uebertemperatur erwärmung erwaermung".split()
 )
 """Words of columns that hold differences: a unit's zero does not matter to them."""
+NOT_MEASURED = OF_DIFFERENCES | frozenset(
+    "error err deviation fehler abweichung regelabweichung erreur errore demand demanded command commanded cmd set "
+    "setpoint setting target desired reference ref soll sollwert sollkraft sollweg vorgabe consigne consigna "
+    "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
+    "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled "
+    "preload setp sp nominal noise friction residual residuum ripple leakage".split()
+)
+"""Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 OF_SENSORS = frozenset(
     "sensor transducer transmitter loop lvdt cell loadcell gauge gage probe pickup encoder aufnehmer pressure "
     "druck flow strain humidity valve servo".split()
@@ -121,15 +120,14 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
     some = some[np.isfinite(some)]
     conversion = units.to_unit(column.unit, unit_of(name))
     size = conversion.scale * float(np.percentile(np.abs(some), 95.0)) if len(some) else 0.0
-    if name == "temperature" and len(some):
-        lowest = conversion.scale * float(np.percentile(some, 5.0)) + conversion.offset
-        size = lowest if lowest < COLDEST else size
-    # a size is below zero only where it is too cold
-    if 0.0 <= size <= LARGEST[name]:
+    lowest = conversion.scale * float(np.percentile(some, 5.0)) + conversion.offset if len(some) else 0.0
+    too_cold = name == "temperature" and lowest < COLDEST
+    if size <= LARGEST[name] and not too_cold:
         return column
+    reached = lowest if too_cold else size
     del claims[id(column)]
     text = (
-        f"'{column.name}' in '{column.unit}' would reach {size:.3g} {unit_of(name)}, which no {name} does: kept as "
+        f"'{column.name}' in '{column.unit}' would reach {reached:.3g} {unit_of(name)}, which no {name} does: kept as "
         f"printed; write its true unit in a channel map"
     )
     findings.append(Finding("implausible-size", name, None, text))

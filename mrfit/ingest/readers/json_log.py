@@ -15,7 +15,7 @@ from mrfit.ingest.containers.attributes import (
     OFFSET_ATTRIBUTES,
     OTHER_FACTOR_ATTRIBUTES,
     SCALE_ATTRIBUTES,
-    UNIT_KEYS,
+    unit_beside,
 )
 from mrfit.ingest.meaning import units
 from mrfit.ingest.readers.parquet import log_time
@@ -157,7 +157,9 @@ def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
     """Return the statements of an object on the arrays in it, with those of the objects around it."""
     stated = content.get("units")
     written = {str(n): u for n, u in stated.items() if isinstance(u, str)} if isinstance(stated, dict) else {}
-    dt = next((dt for n, v in content.items() if (dt := _interval(n, v, _unit_beside(n, content, written)))), around.dt)
+    texts = {str(key): text for key, text in content.items() if isinstance(text, str)}
+    beside = {n: unit_beside(n, texts, ("_", "")) or written.get(n) for n in content}
+    dt = next((dt for name, value in content.items() if (dt := _interval(name, value, beside[name]))), around.dt)
     told: dict[str, Any] = next(
         (content[n] for n in ("condition", "conditions") if isinstance(content.get(n), dict)), {}
     )
@@ -176,13 +178,6 @@ def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
     """Return the units of channels that are objects."""
     held = {n: v.get("unit", v.get("units")) for n, v in content.items() if isinstance(v, dict)}
     return {n: unit for n, unit in held.items() if isinstance(unit, str)}
-
-
-def _unit_beside(name: str, content: Mapping[str, Any], written: Mapping[str, str]) -> str | None:
-    """Return the unit of a number that another key states, as ``dt_unit`` of ``dt``, or the object of units."""
-    texts = {str(key).lower(): text for key, text in content.items() if isinstance(text, str)}
-    beside = (texts.get(f"{name}{mark}{word}".lower()) for mark in ("_", "") for word in UNIT_KEYS[:2])
-    return next(filter(None, beside), written.get(name))
 
 
 def _interval(name: str, value: Any, beside: str | None = None) -> float | None:

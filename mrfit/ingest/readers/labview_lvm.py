@@ -147,9 +147,7 @@ def _without_headers(source: Source, segment: LvmHeader) -> tuple[bytes, tuple[i
 def _tables(body: Body, fields: list[Field], clocks: list[int], segment: LvmHeader, head: Head) -> list[Table]:
     if not clocks:
         return [_stated(table_of(body, fields), segment, head)]
-    second = _second(segment)
-    delta = _number(segment, "delta_x", 1)
-    delta = delta and second * delta
+    delta = _seconds(segment, "delta_x")
     time, *others = (Field("X_Value", _x_unit(segment), c) for c in clocks)
     if all(np.array_equal(body.numbers[clocks[0]], body.numbers[c], equal_nan=True) for c in clocks):
         return [replace(_counted(table_of(body, fields, time), segment), dt=delta)]
@@ -166,22 +164,16 @@ def _x_unit(segment: LvmHeader) -> str:
     return label if units.known(label) and units.compatible(label, "s") else "s"
 
 
-def _second(segment: LvmHeader) -> float:
-    return units.to_unit(_x_unit(segment), "s").scale
-
-
-def _number(segment: LvmHeader, key: str, place: int) -> float | None:
-    texts = segment.meta.get(key, [])
-    text = texts[place - 1].replace(",", ".") if len(texts) >= place else ""
+def _seconds(segment: LvmHeader, key: str) -> float | None:
+    """Return a number of the first channel's X axis in s, or None if its header has none."""
+    text = next(iter(segment.meta.get(key, [])), "").replace(",", ".")
     value = float(text.replace("∞", "inf")) if number_pattern(".").fullmatch(text) else math.inf
-    return value if math.isfinite(value) else None
+    return value * units.to_unit(_x_unit(segment), "s").scale if math.isfinite(value) else None
 
 
 def _stated(table: Table, segment: LvmHeader, head: Head) -> Table:
     """Return a table without times on the grid X0 + k·Delta_X."""
-    start, delta = _number(segment, "x0", 1), _number(segment, "delta_x", 1)
-    second = _second(segment)
-    delta = delta and second * delta
+    start, delta = _seconds(segment, "x0"), _seconds(segment, "delta_x")
     if delta is None or delta <= 0.0:
         raise Refusal(head.path, "neither X values nor Delta_X", "write rate = HZ in a channel map")
     for key in ("delta_x", "x0"):
@@ -192,7 +184,7 @@ def _stated(table: Table, segment: LvmHeader, head: Head) -> Table:
     if digits <= 3 and not _round_rate(delta):
         text = f"Delta_X = {delta:g} s has {digits} digits only: the rate of {1.0 / delta:.1f} Hz is that inexact"
         table = table.finding("rounded-rate", text)
-    return replace(_counted(table, segment), dt=delta, start=second * (start or 0.0))
+    return replace(_counted(table, segment), dt=delta, start=start or 0.0)
 
 
 def _round_rate(delta: float) -> bool:
