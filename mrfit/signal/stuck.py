@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mrfit.core.channels import ELECTRICAL
+from mrfit.core.channels import ELECTRICAL, WARMTH
 from mrfit.core.specs import Array
 from mrfit.signal.runs import runs
 
@@ -73,15 +73,15 @@ def _held_rows(channels: Mapping[str, Array], name: str, still: np.ndarray, code
     for k in long:
         begin, end = int(first[k]), int(stop[k]) + 1
         level = float(np.median(values[begin:end]))
-        off = abs(level) <= code and name in ELECTRICAL
+        off = name in ELECTRICAL and (begin == 0 or abs(level) <= code)
         at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
         jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
-        if begin == 0 or off or (at_end and not jumps):  # a rail is left as smoothly as it is met
+        if off or (at_end and not jumps):  # a rail is left as smoothly as it is met
             continue
         if name in ELECTRICAL and _returns_to(values, level, slice(begin, end)):
             continue
-        # until the end a machine may have been switched off
-        goes_on = jumps or (certain and end < len(values))
+        # before a machine starts, and after it was switched off, a channel stands still by right
+        goes_on = begin > 0 and (jumps or (certain and end < len(values)))
         if goes_on or _another_moves(channels, name, slice(begin, end)):
             found.append(slice(begin, end))
     return found
@@ -100,5 +100,7 @@ def _returns_to(values: Array, level: float, rows: slice) -> bool:
 
 
 def _another_moves(channels: Mapping[str, Array], name: str, rows: slice) -> bool:
-    others = [v for n, v in channels.items() if n != name and np.ptp(v)]
+    """Return whether another channel moves meanwhile; before a machine starts, a current and a temperature may."""
+    at_rest = (*ELECTRICAL, WARMTH) if rows.start == 0 else ()
+    others = [v for n, v in channels.items() if n != name and n not in at_rest and np.ptp(v)]
     return any(np.ptp(v[rows]) > OTHERS_MOVE * np.ptp(v) for v in others)

@@ -61,8 +61,13 @@ def test_a_channel_without_noise_has_to_stand_longer_and_to_jump_or_to_be_left_a
     assert rows(stuck(smooth, FIRST, 100)) == [(FIRST, FIRST + 100)]
 
 
-def test_at_the_beginning_nothing_has_been_switched_on_yet() -> None:
-    assert rows(stuck(moving(), 0, 200)) == []
+@pytest.mark.parametrize("level", [None, 0.0])
+def test_at_the_beginning_nothing_has_been_switched_on_yet_unless_the_test_goes_on(level: float | None) -> None:
+    values = stuck(moving(), 0, 210, level)
+    assert rows(values) == [] == rows(values, current=moving(seed=2), temperature=moving(seed=3))
+    assert rows(values, displacement=stuck(moving(seed=2), 0, 230)) == []
+    assert rows(values, displacement=moving(seed=2)) == [(0, 210)]
+    assert rows(values, "current", displacement=moving(seed=2)) == []
 
 
 def test_at_the_end_the_machine_may_be_off_unless_another_channel_moves() -> None:
