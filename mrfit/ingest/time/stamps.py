@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.ingest.text.layout import CLOCK, DATED, ISO
+from mrfit.ingest.text.layout import CLOCK, DATED, ISO, MONTHS
 
 OFFSET = re.compile(r"([+-]\d\d):?(\d\d)")
 HALF_DAY, DAY = np.timedelta64(12, "h"), np.timedelta64(24, "h")
@@ -43,7 +43,7 @@ def _time_of_day(hour: str, minute: str, second: str, half: str | None) -> float
 
 
 def _dated(texts: Sequence[str], carry: dict[str, Any]) -> NDArray[Any]:
-    """Return stamps as 05.03.2024 10:00:00,5 or 3/5/2024 10:00:00.5 AM.
+    """Return stamps as 05.03.2024 10:00:00,5 or 3/5/2024 10:00:00.5 AM or 5-Mar-2024 10:00:00.5.
 
     What comes first, day or month, is seen in the numbers, or else makes the log the shorter one.
     """
@@ -69,12 +69,14 @@ def _instant(found: re.Match[str], order: str) -> np.datetime64:
     one, mark, two, three = found.group(1, 2, 3, 4)
     if len(one) == 4:
         year, month, day = one, two, three
-    elif mark == "." or order == "day":
+    elif mark == "." or order == "day" or not two.isdigit():
         year, month, day = three, two, one
     else:
         year, month, day = three, one, two
     if mark == "." and order == "month" and len(one) < 4:
         raise ValueError(found[0])
+    if not month.isdigit():
+        month = str(1 + next(k for k, name in enumerate(MONTHS) if re.match(name, month, re.IGNORECASE)))
     date = np.datetime64(f"{int(year) + 2000 * (len(year) == 2):04d}-{int(month):02d}-{int(day):02d}", "ns")
     return date + np.timedelta64(round(_time_of_day(*found.group(5, 6, 7, 8)) * 1e9), "ns")
 

@@ -19,6 +19,8 @@ FORMATS = {
     "british": "%d/%m/%Y %H:%M:%S.{ms}",
     "slashes": "%Y/%m/%d %H:%M:%S.{ms}",
     "points": "%Y.%m.%d %H:%M:%S:{ms}",
+    "matlab": "%d-%b-%Y %H:%M:%S.{ms}",
+    "month by name": "%d.%B.%Y %H:%M:%S.{ms}",
     "clock": "%I:%M:%S.{ms} %p",
 }
 
@@ -49,7 +51,24 @@ def test_day_and_month_make_the_log_the_shorter_one() -> None:
         assert (two - one) / np.timedelta64(1, "s") == 1.0
 
 
+@pytest.mark.parametrize(
+    ("name", "month"), [("Mär", 3), ("mai", 5), ("May", 5), ("OKT", 10), ("Dez", 12), ("September", 9)]
+)
+def test_months_by_name_are_english_or_german(name: str, month: int) -> None:
+    (when,) = instants([f"28-{name}-2026 10:00:00.25"], {})
+    assert when == np.datetime64(f"2026-{month:02d}-28T10:00:00.25")
+
+
+def test_a_date_with_its_month_by_name_may_have_a_column_of_its_own(read_log: ReadLog) -> None:
+    whens = [datetime(2026, 11, 28, 23, 59, 59) + timedelta(milliseconds=5 * int(k)) for k in K]
+    rows = "".join(f"{w:%d-%b-%Y,%H:%M:%S.%f},{f}\n" for w, f in zip(whens, FORCE, strict=True))
+    (record,) = read_log(f"Date,Time,Force (N)\n{rows}")
+    assert record.dt == pytest.approx(5e-3, rel=1e-6)
+
+
 def test_what_is_no_stamp_is_said() -> None:
+    with pytest.raises(ValueError, match="5-Moon"):
+        instants(["05-Mar-2024 10:00:00", "5-Moon-2024 10:00:00"], {})
     with pytest.raises(ValueError, match="yesterday"):
         instants(["05.03.2024 10:00:00", "yesterday"], {})
     with pytest.raises(ValueError, match="35.03"):
