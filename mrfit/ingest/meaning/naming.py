@@ -27,7 +27,9 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "setpoint setting target desired reference ref soll sollwert sollkraft sollweg vorgabe consigne consigna "
     "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
     "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled "
-    "preload setp sp nominal noise friction residual residuum ripple leakage".split()
+    "preload setp sp nominal noise friction residual residuum ripple leakage "
+    "lateral radial transverse transversal gap spalt luftspalt clearance thickness wear seitlich seitenkraft "
+    "querkraft".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 OF_SENSORS = frozenset(
@@ -213,7 +215,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
     by_unit = not taken
     ranked: dict[str, list[tuple[int, Column]]] = {}
     for column in columns:
-        for strength, name in [] if NOT_MEASURED & _words(column) else _candidates(column):
+        for strength, name in [] if _is_not_measured(column) else _candidates(column):
             if name not in taken and (by_unit or strength > 1):
                 ranked.setdefault(name, []).append((strength, column))
     claims: dict[int, str] = {}
@@ -233,7 +235,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                 findings.append(Finding("unit-assumed", name, None, text))
     if by_unit:
         _voltage_beside_current(columns, claims, taken)
-        for column in [c for c in columns if NOT_MEASURED & _words(c)]:
+        for column in filter(_is_not_measured, columns):
             if meant := [n for s, n in _candidates(column) if s > 1 and n not in claims.values()]:
                 what = f"'{column.name}' is called what was asked for, a limit, an error, or a part of another quantity"
                 text = f"{what}: it is not taken as {meant[0]}; a channel map can say otherwise"
@@ -260,6 +262,11 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
     # of channels in one unit the others are called by their names
     usual = [n for n in possible[:1] if n not in ANGULAR and n != "voltage"]
     return [(1, n) for n in usual if not units.is_weight(column.unit)]
+
+
+def _is_not_measured(column: Column) -> bool:
+    """Whether a name is of what no model takes; a damper-side force is measured at the damper, a side force across."""
+    return bool(NOT_MEASURED & _words(column)) or re.match(r"side[ _]", column.name.strip().lower()) is not None
 
 
 def _words(column: Column) -> set[str]:

@@ -114,8 +114,9 @@ def _glued(fields: list[str], number: re.Pattern[str]) -> bool:
 
 def is_row(fields: list[str], number: re.Pattern[str]) -> bool:
     """Whether fields are those of a data row: mostly numbers, dates and times, or empty, and at least one number."""
-    good = [f for f in fields if number.fullmatch(f) or STAMP.fullmatch(f) or f in NOT_A_NUMBER]
-    dated = [f for f in fields if CLOCK.fullmatch(f) or DATE_ALONE.fullmatch(f) and not number.fullmatch(f)]
+    good = [f for f in fields if number.fullmatch(f) or f in NOT_A_NUMBER]
+    dates = (STAMP, CLOCK, DATE_ALONE)
+    dated = [f for f in fields if any(d.fullmatch(f) for d in dates) and not number.fullmatch(f)]
     filled = [f for f in fields if f not in EMPTY_FIELDS]
     sound = 2 * (len(good) + len(dated))
     # a row of one channel may have a time, its name, its unit and a value

@@ -23,6 +23,8 @@ SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
 LARGE_NUMBER = re.compile(r"(?<![\w.,])[1-9]\d{0,2}[ '\u2019\u00a0\u202f\u2009.,]\d{3}(?!\d)")
 """A number of which a mark may part the thousands."""
+QUOTED_DECIMAL = re.compile(r'(?m:^|(?<=,))"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"(?m:(?=[,\r]|$))')
+"""A number in quotation marks, with a decimal comma, between fields that commas part."""
 SPELLING_LINES, REFUTING_LINES = 400, 20
 TAIL = 16384
 """Lines at the beginning by which it is seen how numbers are spelt, few of them by which most marks are refuted, and
@@ -68,6 +70,8 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
             thousands.mark, "blanks"
         )
         said.append(Finding("thousands", "", None, f"{shown} part the thousands of numbers"))
+    if _has_quoted_decimals(together):
+        changes.append(lambda text: QUOTED_DECIMAL.sub(r"\1.\2", text))
     if not said and (mark := _may_part_either(sample)):
         text = f"every number with a '{mark}' has three digits behind it: taken as the decimal mark, not as thousands"
         said.append(Finding("decimal-assumed", "", None, f"{text}; a channel map can say scale = 1000"))
@@ -80,6 +84,12 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
         return text
 
     return *rewritten(source, map(changed, source.head.lines), changed), said
+
+
+def _has_quoted_decimals(text: str) -> bool:
+    """Whether numbers have decimal commas in quotation marks, which at least one shows to be no mark of thousands."""
+    pattern = Thousands(",", "[^.,]", ",").pattern()
+    return any(not pattern.fullmatch(f"{whole},{rest}") for whole, rest in QUOTED_DECIMAL.findall(text))
 
 
 def _may_part_either(lines: Sequence[str]) -> str:

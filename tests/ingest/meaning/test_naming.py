@@ -140,6 +140,8 @@ def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
         ([("Temperature rise", "K"), ("Oil temperature", "degC")], ["temperature_rise", "temperature"]),
         ([("Übertemperatur", "K"), ("Damper side force", "N")], ["übertemperatur", "force"]),
         ([("Current ripple", "A"), ("Force residual", "N")], ["current_ripple", "force_residual"]),
+        ([("Side force", "N"), ("Lateral displacement", "mm")], ["side_force", "lateral_displacement"]),
+        ([("Gap", "mm"), ("Querkraft", "N")], ["gap", "querkraft"]),
         # of two channels in one unit only the first may be meant by a unit alone
         ([("F", "N"), ("F_filt", "N")], ["force", "f_filt"]),
         ([("F", "N"), ("Excitation force", "N")], ["force", "excitation_force"]),

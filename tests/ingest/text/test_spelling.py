@@ -33,6 +33,7 @@ def _log(delimiter: str, mark: str, decimal: str, digits: tuple[int, int, int], 
         ("\t", ".", ",", ""),
         (";", ",", ".", ""),
         (",", ",", ".", '"'),
+        (",", ".", ",", '"'),
         (";", " ", ",", ""),
         ("\t", "\u202f", ",", ""),
         (",", " ", ".", ""),
@@ -62,12 +63,15 @@ def test_whole_numbers_alone_show_their_mark(encoding: str, read_log: ReadLog) -
 
 
 @pytest.mark.parametrize("digits", [(0, 3, 3), (3, 3, 3), (0, 4, 2)])
-@pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), (",", "."), ("\t", ",")])
+@pytest.mark.parametrize(
+    ("delimiter", "decimal", "quote"),
+    [(";", ".", ""), (";", ",", ""), (",", ".", ""), ("\t", ",", ""), (",", ",", '"'), (";", ",", '"')],
+)
 def test_plain_numbers_of_three_decimals_keep_their_mark(
-    delimiter: str, decimal: str, digits: tuple[int, int, int], read_log: ReadLog
+    delimiter: str, decimal: str, quote: str, digits: tuple[int, int, int], read_log: ReadLog
 ) -> None:
     """Forces from 1.234 to 9.876 look like thousands one by one."""
-    (record,) = read_log(_log(delimiter, "", decimal, digits))
+    (record,) = read_log(_log(delimiter, "", decimal, digits, quote))
     np.testing.assert_allclose(record.channels["displacement"], 1e-3 * MOTION, atol=0.6e-3 * 10.0 ** -digits[1])
     assert "thousands" not in {f.kind for f in record.findings}
 

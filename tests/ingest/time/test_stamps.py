@@ -66,6 +66,16 @@ def test_a_date_with_its_month_by_name_may_have_a_column_of_its_own(read_log: Re
     assert record.dt == pytest.approx(5e-3, rel=1e-6)
 
 
+def test_stamps_above_the_rows_are_none_of_them(read_log: ReadLog) -> None:
+    """As programs write waveforms: the first instant and the interval of each stand above."""
+    whens = [datetime(2026, 11, 28, 23, 59, 59) + timedelta(milliseconds=5 * int(k)) for k in K]
+    head = "waveform\t[0]\t[1]\nt0\t28.11.2026 23:59:59.000\t28.11.2026 23:59:59.000\ndelta t\t0.005\t0.005\n\n"
+    rows = "".join(f"{w:%d.%m.%Y %H:%M:%S.%f}\t{f}\t{-f}\n" for w, f in zip(whens, FORCE, strict=True))
+    (record,) = read_log(f"{head}time\tForce (N)\tOther (N)\n{rows}")
+    assert record.dt == pytest.approx(5e-3, rel=1e-6)
+    np.testing.assert_allclose(record.channels["force"], FORCE)
+
+
 def test_what_is_no_stamp_is_said() -> None:
     with pytest.raises(ValueError, match="5-Moon"):
         instants(["05-Mar-2024 10:00:00", "5-Moon-2024 10:00:00"], {})
