@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import few
 from mrfit.core.recording import Finding, Recording
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.ingest import series
 from mrfit.ingest.decimate import decimated
 from mrfit.ingest.low_pass import low_passed
@@ -44,6 +44,8 @@ SLOW_CHANNELS = {"temperature", "voltage", "current"}
 FEWEST_SLOW = 3
 """Fewest numbers of a channel by which it is seen to be slow, and one more."""
 
+FEW_REPEATED, NEARLY_ALL = 0.02, 0.9
+"""Share of rows up to which a repeated time is an exception, and share of more of them that repeat all channels."""
 REPEATED_HEADER = "repeated header"
 NO_SAMPLE = (REPEATED_HEADER, "empty row", "repeated time", STATISTICS)
 """Refused rows that stood for no sample."""
@@ -329,11 +331,7 @@ def _refused_findings(rows: NamedRows) -> list[Finding]:
 
 def _base(rows: NamedRows, times: RowTimes, table: Table, origin: LogOrigin) -> TimeBase:
     try:
-        again = repeated(rows.time, rows.breaks)
-        if len(again) and coarse(rows.time, times.printed):
-            before = [series.at(s.values, again - 1) for s in rows.signals]
-            same = [series.at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
-            again = again[np.logical_and.reduce(same)]
+        again = _repeated(rows, times)
         rows.drop(again, ["repeated time"] * len(again))
         late = np.setdiff1d(late_rows([s.values for s in rows.signals]), rows.breaks)
         rows.drop(late, ["repeated row"] * len(late))
@@ -358,6 +356,21 @@ def _base(rows: NamedRows, times: RowTimes, table: Table, origin: LogOrigin) -> 
     return base
 
 
+def _repeated(rows: NamedRows, times: RowTimes) -> Index:
+    """Return the rows that repeat the row before: its time, and its channels too where times alone do not show it.
+
+    Of many rows with the time of the row before, nearly all have to: else the times are only printed coarsely.
+    """
+    again = repeated(rows.time, rows.breaks)
+    few = len(again) <= max(3, FEW_REPEATED * len(rows.time))
+    if not len(again) or few and not coarse(rows.time, times.printed):
+        return again
+    before = [series.at(s.values, again - 1) for s in rows.signals]
+    same = [series.at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
+    wholly = again[np.logical_and.reduce(same)]
+    return wholly if few or len(wholly) > NEARLY_ALL * len(again) else again[:0]
+
+
 def _recordings(
     rows: NamedRows, base: TimeBase, said: list[Finding], table: Table, origin: LogOrigin
 ) -> list[Recording]:
@@ -371,7 +384,7 @@ def _recordings(
             source=origin.path,
             sha256=origin.sha256,
             reader=origin.reader,
-            dt=base.dt,
+            dt=piece.dt or base.dt,
             start=piece.start,
             channels={s.name: on_grid(s.values, piece) for s in rows.signals},
             units={s.name: s.unit or unit_of(s.name) for s in rows.signals},

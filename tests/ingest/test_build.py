@@ -209,3 +209,31 @@ def test_the_rate_that_a_message_asks_for_is_enough_where_times_stand_still(stam
     (record,) = read_log(text, channel_map="rate = 200\n")
     assert (record.samples, record.dt) == (2000, 0.005)
     assert "times-unused" in {f.kind for f in record.findings}
+
+
+def test_a_log_with_every_row_twice_is_that_with_every_row_once(read_log: ReadLog) -> None:
+    rows = [f"{0.002 * k:.3f},{1e3 * np.sin(0.05 * k):.2f}\n" for k in range(400)]
+    (once,), (twice,) = (
+        read_log("time (s),force (N)\n" + "".join(rows)),
+        read_log("time (s),force (N)\n" + "".join(row + row for row in rows)),
+    )
+    assert (twice.dt, twice.samples) == (once.dt, once.samples) == (2e-3, 400)
+    np.testing.assert_array_equal(twice.channels["force"], once.channels["force"])
+    assert "400 × repeated time" in {f.kind: f.text for f in twice.findings}["refused-rows"]
+
+
+def test_coarse_times_keep_their_rows(read_log: ReadLog) -> None:
+    rows = "".join(f"{0.002 * (k // 2):.3f},{1e3 * np.sin(0.05 * k):.2f}\n" for k in range(400))
+    (record,) = read_log("time (s),force (N)\n" + rows)
+    assert (record.samples, record.rows_refused) == (400, 0)
+    assert record.dt == pytest.approx(1e-3, rel=1e-2)
+
+
+def test_runs_of_other_rates_in_one_log(read_log: ReadLog) -> None:
+    header = "time (s),force (N)\n"
+    text = "".join(
+        header + "".join(f"{dt * k:.3f},{1e3 * np.sin(20.0 * dt * k):.2f}\n" for k in range(400)) for dt in (2e-3, 5e-3)
+    )
+    first, second = read_log(text)
+    assert (first.dt, second.dt) == (2e-3, 5e-3)
+    np.testing.assert_allclose(second.channels["force"], 1e3 * np.sin(0.1 * np.arange(400)), atol=0.01)

@@ -23,6 +23,8 @@ FINE_PRINT = 0.01
 MISSING_AT_MOST = 0.15
 """Largest share of steps over missing samples where nothing but the print tells them from a slower clock."""
 
+FEWEST_OF_RUN, EVEN = 20, 0.1
+"""Rows above which a run has a rate of its own, and largest departure of its steps from their median."""
 SAID_ONE_BY_ONE = 3
 """More cuts of one kind than this are said in one line."""
 
@@ -51,6 +53,8 @@ class GridPiece:
         Where its rows stand on the grid, in samples; None where row k is sample k.
     findings, history
         What is odd about it (times from its first sample), and what was done to it.
+    dt
+        Its own interval in s, where the runs of a log differ in it.
     """
 
     rows: slice
@@ -58,6 +62,7 @@ class GridPiece:
     position: Array | None = None
     findings: tuple[Finding, ...] = ()
     history: tuple[str, ...] = ()
+    dt: float | None = None
 
 
 @dataclass(slots=True)
@@ -99,6 +104,8 @@ def time_base(
     if not breaks and (even := _even_base(time, stated)):
         return even
     cuts = _cuts(time, breaks)
+    if cuts and _differ_in_rate(time, cuts):
+        return _of_own_rates(time, cuts, stated, number, printed)
     step = _typical_step(time, cuts)
     whole = _whole_step(time, cuts) if printed is not None and printed <= FINE_PRINT * step else None
     step = step if whole is None else whole
@@ -118,6 +125,35 @@ def time_base(
     for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
         piece = _piece(clock.part(slice(begin, end)), begin, base.dt, irregular, counted)
         base.pieces.append(replace(piece, findings=(*said, *piece.findings)))
+    return base
+
+
+def _differ_in_rate(time: Array, cuts: list[int]) -> bool:
+    """Whether runs, each even in itself, differ in their interval by more than coarse print makes."""
+    edges = [0, *cuts, len(time)]
+    runs = [np.diff(time[a:b]) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > FEWEST_OF_RUN]
+    steps = [float(np.median(run)) for run in runs]
+    even = [
+        step > 0.0 and bool(np.all(np.abs(run - step) < EVEN * step)) for run, step in zip(runs, steps, strict=True)
+    ]
+    return len(runs) == len(cuts) + 1 and all(even) and max(steps) > (1.0 + 2.0 * EVEN) * min(steps)
+
+
+def _of_own_rates(
+    time: Array, cuts: list[int], stated: float | None, number: Array | None, printed: float | None
+) -> TimeBase:
+    """Return the base of runs of different rates: each has its own interval."""
+    edges = [0, *cuts, len(time)]
+    runs = list(zip(edges[:-1], edges[1:], strict=True))
+    base = TimeBase(0.0, [])
+    for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
+        own = time_base(time[begin:end], stated, (), None if number is None else number[begin:end], printed)
+        base.dt = base.dt or own.dt
+        base.findings += own.findings
+        shifted = [slice(begin + p.rows.start, begin + p.rows.stop) for p in own.pieces]
+        pieces = [replace(p, rows=rows, dt=own.dt) for p, rows in zip(own.pieces, shifted, strict=True)]
+        pieces[-1] = replace(pieces[-1], findings=(*said, *pieces[-1].findings))
+        base.pieces += pieces
     return base
 
 
@@ -174,7 +210,7 @@ def coarse(time: Array, printed: float | None = None) -> bool:
 
 
 def repeated(time: Array, breaks: tuple[int, ...] = ()) -> Rows:
-    """Return the rows that repeat the time of the row before, where that is the exception.
+    """Return the rows that repeat the time of the row before.
 
     Raises
     ------
@@ -184,8 +220,6 @@ def repeated(time: Array, breaks: tuple[int, ...] = ()) -> Rows:
     number = sum(int(np.count_nonzero(step == 0.0)) for _, step in series.steps(time))
     if number > 0.9 * max(len(time) - 1, 1):
         raise TimeFault(f"time stands still at {time[0]:g} s", _first(time, lambda step: step == 0.0))
-    if number > max(3, 0.02 * len(time)):
-        return np.empty(0, dtype=np.int64)  # times printed so coarsely that neighbours look equal
     return np.setdiff1d(_rows_after(time, lambda step: step == 0.0), np.array(breaks, dtype=np.int64))
 
 

@@ -177,11 +177,29 @@ def test_no_time_at_all_is_refused(time: np.ndarray) -> None:
         time_base(time, None)
 
 
-def test_repeated_times_are_found_where_they_are_rare() -> None:
+def test_repeated_times_are_found() -> None:
     time = np.arange(200) * 1e-3
     time[50] = time[49]
-    assert repeated(time).tolist() == [50]
-    assert repeated(np.floor(np.arange(200) / 2)).tolist() == []  # printed too coarsely: all rows are real
+    assert repeated(time).tolist() == [50] and repeated(time, (50,)).tolist() == []
+
+
+@pytest.mark.parametrize("dt", [2e-3, 5e-3])
+def test_runs_of_other_rates_have_intervals_of_their_own(dt: float) -> None:
+    time = np.concatenate([2e-3 * np.arange(500), dt * np.arange(300), 2e-3 * np.arange(400)])
+    base = time_base(np.round(time, 3), None)
+    assert [p.dt or base.dt for p in base.pieces] == [2e-3, dt, 2e-3]
+    assert [(p.rows.start, p.rows.stop, p.position) for p in base.pieces] == [
+        (0, 500, None),
+        (500, 800, None),
+        (800, 1200, None),
+    ]
+    assert [f.kind for p in base.pieces for f in p.findings] == ["clock-jump", "clock-jump"]
+
+
+def test_runs_of_one_rate_that_are_printed_coarsely_share_it() -> None:
+    runs = [np.round(3.3e-3 * np.arange(n), 3) for n in (400, 300)]
+    base = time_base(np.concatenate(runs), None)
+    assert base.dt == pytest.approx(3.3e-3, rel=1e-3) and [p.dt for p in base.pieces] == [None, None]
 
 
 def test_print_step_follows_a_change_of_format() -> None:
