@@ -16,13 +16,16 @@ SAMPLE_LINES = 200
 _CLOCK = r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+|:\d{3})?)(?: ?([AaPp])\.?[Mm]\.?)?"
 CLOCK = re.compile(_CLOCK)
 ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
-MONTHS = ("jan", "feb", "m[aä]r", "apr", "ma[iy]", "jun", "jul", "aug", "sep", "o[ck]t", "nov", "de[cz]")
-"""How the months begin, in English and German."""
-_MONTH = rf"(?i:{'|'.join(MONTHS)})[a-zä]*"
-DATED = re.compile(rf"(\d{{1,4}})([-/.])(\d\d?|{_MONTH})\2(\d{{4}}|\d\d)(?:T|,? +){_CLOCK}")
+MONTHS = (
+    *("jan|ene", "f[eé][bv]", "m[aä]?r", "apr|avr|abr", "ma[iy]", "jui?n", "jui?l", "aug|ao[uû]|ago", "sep"),
+    *("o[ck]t", "nov", "d[eéi][czs]"),
+)
+"""How the months begin, in English, German, French and Spanish."""
+MONTH = rf"(?i:{'|'.join(MONTHS)})[^\W\d_]*"
+DATED = re.compile(rf"(\d{{1,4}})([-/.])(\d\d?|{MONTH})\2(\d{{4}}|\d\d)(?:T|,? +){_CLOCK}")
 """Other dates with a time of day: their three numbers, the mark between, and the groups of ``CLOCK``."""
 STAMP = re.compile(rf"{ISO.pattern}|{DATED.pattern}")
-DATE_ALONE = re.compile(rf"\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.](?:\d\d?|{_MONTH})[-/.](?:\d\d)?\d\d")
+DATE_ALONE = re.compile(rf"\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.](?:\d\d?|{MONTH})[-/.](?:\d\d)?\d\d")
 OVERLOAD = re.compile(
     r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)[ -]?(?:LOAD|RANGE|FLOW))"
     r"|[+-]?1\.#\w+|#[A-Z0-9/]+[!?]|#N/?[AV]",

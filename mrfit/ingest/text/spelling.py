@@ -13,6 +13,7 @@ from mrfit.ingest.table import Source
 from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Head, Text
 from mrfit.ingest.text.textlog import rewritten
+from mrfit.ingest.text.written_times import written_times
 
 MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
@@ -64,6 +65,7 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
         changes.append(lambda text: MINUS.sub("-", text))
     if FORTRAN_MARK.search(together) and FORTRAN.search(together):
         changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
+    changes += written_times(together)
     for thousands in _thousands(sample):
         changes.append(thousands.without)
         shown = {".": "full stops", ",": "commas", "'": "apostrophes", "\u2019": "apostrophes"}.get(
