@@ -32,20 +32,24 @@ class Channel:
 
 ABROAD = {
     "displacement": "weg, verschiebung, auslenkung, desplazamiento, posición, posicion, déplacement, deplacement, "
-    "spostamento, posizione",
-    "velocity": "geschwindigkeit, velocidad, vitesse, velocità, velocita",
-    "acceleration": "beschleunigung, aceleración, aceleracion, accélération, accelerazione",
-    "force": "kraft, fuerza, forza",
-    "current": "strom, spulenstrom, corriente, courant, corrente",
+    "spostamento, posizione, перемещение, ход, 位移, 変位, ストローク, 변위",
+    "velocity": "geschwindigkeit, velocidad, vitesse, velocità, velocita, скорость, 速度, 속도",
+    "acceleration": "beschleunigung, aceleración, aceleracion, accélération, accelerazione, ускорение, 加速度, 가속도",
+    "force": "kraft, fuerza, forza, сила, усилие, нагрузка, 力, 阻尼力, 载荷, 荷重, 減衰力, 하중, 힘",
+    "current": "strom, spulenstrom, corriente, courant, corrente, ток, сила тока, 电流, 電流, 전류",
     # not tension, tensión, tensione: a voltage in one language, a pull in the other
-    "voltage": "spannung, spulenspannung, voltaje, voltaggio",
-    "flux": "flussverkettung",
-    "temperature": "temperatur, öltemperatur, temperatura, température",
-    "angle": "winkel, drehwinkel, ángulo, angulo, angolo",
-    "angular_velocity": "winkelgeschwindigkeit, velocidad angular, vitesse angulaire, velocità angolare",
-    "torque": "drehmoment, momento, coppia, couple",
+    "voltage": "spannung, spulenspannung, voltaje, voltaggio, напряжение, 电压, 電圧, 전압",
+    "flux": "flussverkettung, 磁链",
+    "temperature": "temperatur, öltemperatur, temperatura, température, температура, 温度, 油温, 온도",
+    "angle": "winkel, drehwinkel, ángulo, angulo, angolo, угол, 角度, 转角, 각도",
+    "angular_velocity": "winkelgeschwindigkeit, velocidad angular, vitesse angulaire, velocità angolare, "
+    "角速度, 각속도",
+    "torque": "drehmoment, momento, coppia, couple, 扭矩, 转矩, トルク, 토크",
 }
-"""Names in German, Spanish, French and Italian; none that means something else in another of them or in English."""
+"""Names in German, Spanish, French, Italian, Russian, Chinese, Japanese and Korean.
+
+None means something else in another of them or in English.
+"""
 
 CHANNELS: dict[str, Channel] = {
     name: Channel(name, unit, symbol, (*aliases, *filter(None, ABROAD.get(name, "").split(", "))))

@@ -10,21 +10,25 @@ from mrfit.core.channels import CHANNELS
 
 _WRITTEN = {
     "1": "|-|cycle|cycles|segment|segments|count|counts",
-    "V": "volt|volts",
-    "A": "amp|amps|ampere|amperes",
-    "s": "s|sec|secs|second|seconds|sek|segundos|sekunde|sekunden|secondes|secondi",
-    "ms": "millisekunden|msec|milliseconds",
+    "V": "volt|volts|v dc|в",
+    "A": "amp|amps|ampere|amperes|a dc|а",
+    "s": "s|sec|secs|second|seconds|sek|segundos|sekunde|sekunden|secondes|secondi|с|сек",
+    "ms": "millisekunden|msec|milliseconds|мс",
     "us": "usec|microseconds",
     "minute": "minutes|mins",
     "hour": "hours|hrs",
     "day": "days",
-    "N": "newton|newtons",
+    "N": "newton|newtons|н",
+    "kN": "кн",
+    "mA": "ма",
+    "mm": "мм",
+    "mm/s": "мм/с",
     "N*m": "nm|n.m|n-m",
     "V*s": "vs|v.s",
     "mV*s": "mvs",
     "Wb": "wb-t",
-    "degC": "c|degc|deg c|deg_c|°c|ºc|celsius",
-    "degF": "f|degf|deg f|deg_f|°f|ºf|fahrenheit",
+    "degC": "c|degc|deg c|deg_c|°c|ºc|℃|celsius|degrees c|degree c",
+    "degF": "f|degf|deg f|deg_f|°f|ºf|℉|fahrenheit|degrees f|degree f",
     "deg": "°|º|degrees",
     "percent": "%",
     "lb": "pounds",
@@ -39,8 +43,9 @@ _WRITTEN = {
     "field_oersted": "oersted|oe",
     "kilofield_oersted": "koe",
     "ohm": "ω",
-    "m/s": "mps",
-    "inch": 'in|"',
+    "m/s": "mps|м/с",
+    "inch": 'in|"|inches',
+    "inch/s": "ips",
     "thou": "mil|mils",
 }
 SPELLINGS = {
@@ -51,12 +56,24 @@ SPELLINGS = {
     **{f"in{mark}{w}": "inch*lbf" for w in ("lb", "lbs", "lbf") for mark in ("", "-", ".", " ")},
 }
 UNIT_SIGNS = str.maketrans(
-    {"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"}
+    {
+        **{"\u03bc": "u", "\u00b5": "u", "·": "*", "\u22c5": "*", "\u03a9": "ohm", "\u2126": "ohm"},
+        **{"²": "^2", "³": "^3", "¹": "^1", "⁻": "^-"},
+    }
 )
 CASE_SENSITIVE = {
     **{"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"},
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
-    **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
+    **{
+        "Adc": "A",
+        "Vdc": "V",
+        "MM": "mm",
+        "CM": "cm",
+        "KN": "kN",
+        "KV": "kV",
+        "Kg": "kg",
+        "mv": "mV",
+    },  # no unit, or absurd, as written
 }
 WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}
 """Units of mass that test machines print for forces."""
@@ -98,7 +115,7 @@ def _registry() -> Any:
 @cache
 def spelled(text: str) -> str:
     """Return a unit in pint's spelling, without asking whether pint knows it."""
-    bare = SINCE.sub("", text.strip().strip("[](){}").strip().translate(UNIT_SIGNS))
+    bare = SINCE.sub("", text.strip().strip("[](){}").strip().translate(UNIT_SIGNS)).replace("^-^", "^-")
     if bare in CASE_SENSITIVE:
         return CASE_SENSITIVE[bare]
     bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)

@@ -40,13 +40,29 @@ TOA5_ROWS = (1, 2)
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
     *("elapsed_time", "running_time", "test_time", "time_stamp", "relative_time", "total_time"),
+    *("время", "时间", "時間", "시간"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
 }
 DATE_NAMES = {
     *("date", "datetime", "date time", "date_time", "date/time", "datum", "zeitstempel", "uhrzeit", "clock", "utc"),
-    *("epoch", "unix", "unix time", "unix_time", "unixtime", "unix timestamp", "posix", "datenum", "absolute time"),
+    *(
+        "epoch",
+        "epoch time",
+        "unix",
+        "unix time",
+        "unix_time",
+        "unixtime",
+        "unix timestamp",
+        "posix",
+        "datenum",
+        "absolute time",
+    ),
 }
 """Names of columns that hold times where no other column does."""
+UNIT_FOLLOWS = r"^(?:in|units?:?|einheit:?) +"
+"""What may stand before a unit in brackets."""
+COUNTED_TIMES = {"millis": "ms", "micros": "us"}
+"""Names of clocks in the programs of microcontrollers, which count them in these units."""
 MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<–-]+"
 """What may stand between a name and its unit."""
 
@@ -392,7 +408,9 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Split a header cell such as ``Force [N]``, ``Time (s)``, ``"Weg" s_A1 / m`` or ``force_N`` into name and unit."""
     text = cell.strip().strip('"').strip()
     if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):
-        return match[1].strip() or text, match[2].strip()
+        if match[2] or match[1].lower() not in COUNTED_TIMES:
+            return _unit_among_words(match[1].strip() or text, match[2].strip())
+        text = match[1]  # micros()
     if text[-1:] in ("_", ".") and (found := _of_programs(text)):
         return found
     if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
@@ -401,7 +419,15 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
         return found
     if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
         return match[1].strip(), match[2]
-    return text, None
+    return text, COUNTED_TIMES.get(text.lower())
+
+
+def _unit_among_words(name: str, bracketed: str) -> tuple[str, str]:
+    """Return name and unit of ``Force (in kN)``, ``Force (unit: kN)`` and ``Force (kN, tension positive)``."""
+    unit, comma, more = re.sub(UNIT_FOLLOWS, "", bracketed, flags=re.IGNORECASE).partition(",")
+    if unit == bracketed or not units.known(unit) or comma and units.known(more):
+        return name, bracketed
+    return (f"{name} {more.strip()}" if comma else name), unit
 
 
 def name_and_units(cell: str, stated: str | None) -> tuple[str, str | None]:
@@ -410,7 +436,9 @@ def name_and_units(cell: str, stated: str | None) -> tuple[str, str | None]:
     Where two contradict, as in ``Force (kN)`` above ``N``, both are the unit: nobody knows it, so that it is asked for.
     """
     name, unit = name_and_unit(cell)
-    inner = name_and_unit(name)[1] if unit is not None else None
+    within, inner = name_and_unit(name) if unit is not None else (name, None)
+    if unit and inner and units.known(inner) and not units.known(unit):
+        name, unit = f"{within} {unit}", inner  # Force (kN) [filtered]
     return name, _one_unit(stated, _one_unit(unit, inner))
 
 

@@ -16,9 +16,12 @@ STATED_RATE = re.compile(
     r"(?P<label>(?:(?:sampl(?:e|ing)|acquisition|scan)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)(?=[ _]*(?:rate|interval|frequency))))"
     r"[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])[^0-9+-]*?"
-    r"|(?:samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b|(?:abtast|mess)(?:rate|frequenz)"
+    r"|(?:samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b|(?:abtast|mess)(?:rate|frequenz)|采样(?:频率|率)"
+    r"|fr[ée]quence d.?[ée]chantillonnage|frecuencia de muestreo|サンプリング(?:周波数|レート)|частота дискретизации"
+    r"|sampling(?=\W*[\d.,e+]+ ?k?hz)"
     r"|(?<!\w)(?:fs(?=\W*[\d.,e+]+ ?[km]?hz)|rate(?=\W*[\d.,e+]+ ?[km]?(?:sps|sa/s|s/s|samples/s))"
-    r"|(?P<span>dt|delta[ _]?t)(?=\W*[\d.,e+-]+ ?[muµn]?s\b)))[^0-9+-]*?)"
+    r"|(?P<span>(?:dt|Δt|delta[ _]?t)(?=\W*(?:[\d.,e+-]+ ?[muµn]?s\b|0?[.,]\d+$))|abtastintervall|采样(?:间隔|周期)"
+    r"|p[ée]riode d.?[ée]chantillonnage|^interval(?=\W*[muµn]?s\W))))[^0-9+-]*?)"
     r"\+?(?P<number>(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(?P<power>e[+-]?\d+)?"
     r"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,

@@ -4,7 +4,7 @@ import pytest
 
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import Head, open_head
-from mrfit.ingest.text.layout import aliases_of, find_grid, find_header, name_and_unit
+from mrfit.ingest.text.layout import aliases_of, find_grid, find_header, name_and_unit, name_and_units
 from tests.ingest.conftest import ReadLog
 
 
@@ -30,11 +30,25 @@ def _head(tmp_path: Path, text: str) -> Head:
         ("Channel_1", "Channel_1", None),
         ("Temperatura (°C)", "Temperatura", "°C"),
         ('"Displacement"', "Displacement", None),
+        ("Force [in kN]", "Force", "kN"),
+        ("Force (unit: kN)", "Force", "kN"),
+        ("Force (kN, tension positive)", "Force tension positive", "kN"),
+        ("Weg (Einheit: mm)", "Weg", "mm"),
+        ("Force (mean, raw)", "Force", "mean, raw"),
+        ("Force (kN, N)", "Force", "kN, N"),
+        ("Время, с", "Время", "с"),
+        ("millis", "millis", "ms"),
+        ("micros()", "micros", "us"),
         ("", "", None),
     ],
 )
 def test_header_cells(cell: str, name: str, unit: str | None) -> None:
     assert name_and_unit(cell) == (name, unit)
+
+
+def test_words_in_other_brackets_are_no_contradiction() -> None:
+    assert name_and_units("Force (kN) [filtered]", None) == ("Force filtered", "kN")
+    assert name_and_units("Force (kN) [N]", None)[1] == "kN or N"
 
 
 ROWS = [(0.0, 1.5, -2.25), (0.1, 1.75, -2.5), (0.2, 2.0, -2.75), (0.3, 2.25, -3.0)]
@@ -93,6 +107,12 @@ def test_headerless_file_has_no_names(tmp_path: Path) -> None:
 def test_aliases() -> None:
     assert aliases_of("Coil Current") == ["current"]
     assert aliases_of("I") == ["current"]
+    assert [aliases_of(w) for w in ("位移", "荷重", "Сила тока", "전압")] == [
+        ["displacement"],
+        ["force"],
+        ["current"],
+        ["voltage"],
+    ]
     assert aliases_of("whatever") == []
 
 
