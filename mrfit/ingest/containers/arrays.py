@@ -239,7 +239,7 @@ def _table(
 
 
 def _column(name: str, arrays: Arrays, index: int) -> Column:
-    stated = arrays.units.get(name) or None
+    stated = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".")) or None
     bare, unit = (name, stated) if name.endswith("]") else name_and_units(name, stated)
     return Column(bare, unit, arrays.signals[name], index)
 

@@ -57,7 +57,7 @@ def units_in(about: Mapping[Any, Any]) -> list[str]:
 
 
 def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> str:
-    """Return the text that states the unit of a number, as ``dt_unit`` of ``dt``; empty without one.
+    """Return the text that states the unit of a number, as ``dt_unit`` or ``units.dt`` of ``dt``; empty without one.
 
     Parameters
     ----------
@@ -69,8 +69,10 @@ def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> st
         What may stand between a name and the word for its unit.
     """
     low = {key.lower(): text for key, text in texts.items()}
-    found = (low.get(f"{name}{mark}{word}".lower()) for mark in marks for word in UNIT_KEYS[:2])
-    return next(filter(None, found), "")
+    parent, dot, leaf = name.rpartition(".")
+    within = [f"{parent}{dot}{word}.{leaf}" for word in UNIT_KEYS[:2]]
+    beside = [f"{name}{mark}{word}" for mark in marks for word in UNIT_KEYS[:2]]
+    return next((text for key in (*beside, *within) if (text := low.get(key.lower()))), "")
 
 
 def decoded(text: Any) -> str:

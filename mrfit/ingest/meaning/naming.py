@@ -15,7 +15,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
-from mrfit.ingest.text.layout import aliases_of, unit_words, words_of
+from mrfit.ingest.text.layout import aliases_of, name_and_unit, unit_words, words_of
 
 ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 OF_DIFFERENCES = frozenset(
@@ -37,6 +37,8 @@ OF_SENSORS = frozenset(
     "druck flow strain humidity valve servo".split()
 )
 """Words of columns whose amperes and volts are no coil's."""
+OF_CONTAINERS = frozenset("signals signal values value data out1".split())
+"""Parts of a path that name no quantity, but what programs keep one in."""
 SIZE_SAMPLES = 20000
 """Numbers by which the size of a channel is judged."""
 LOOP = (3.6e-3, 21e-3)
@@ -78,7 +80,7 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
             raise ConfigError(f"{rules.where}: keys {what}; give one of them another column, or remove it")
         mapped[column.index] = name
         signals.append(_mapped(name, rule, column, path))
-    left = [c for c in there if c.index not in mapped]
+    left = called_by_leaf([c for c in there if c.index not in mapped])
     claims = _claims(left, {s.name for s in signals}, findings)
     left = left if rules.believed else [_believed(c, claims, findings) for c in left]
     taken = {s.name for s in signals} | set(claims.values()) | {"time"}
@@ -106,6 +108,30 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         if shown := ", ".join(f"'{c.name or c.index}'" for c in found):
             findings.append(Finding("unnamed", "", None, f"{what}: {shown}; a channel map can name them"))
     return sorted(signals, key=lambda s: s.index), findings
+
+
+def called_by_leaf(columns: list[Column]) -> list[Column]:
+    """Return columns named by paths, as ``data.force_N`` or ``Model/Sensors/Force[N]/Out1``, called by what differs.
+
+    Other columns, and those that would be called alike, are returned as they are.
+    """
+    paths = [re.split(r"[./]", c.name) for c in columns]
+    leaves = [[p for p in path if p.lower() not in OF_CONTAINERS] for path in paths]
+    rooted = len({path[0] for path in paths}) == 1 or all(map(len, leaves)) and paths != leaves
+    if (
+        len(columns) < 2
+        or not rooted
+        or any(len(p) < 2 or "" in p or not leaf for p, leaf in zip(paths, leaves, strict=True))
+    ):
+        return columns
+    last = [leaf[-1] for leaf in leaves]
+    if len({*last}) < len(last) or all(map(units.known, last)):
+        return columns
+    read = [name_and_unit(text) for text in last]
+    return [
+        replace(c, name=name, unit=unit if c.unit is None else c.unit)
+        for c, (name, unit) in zip(columns, read, strict=True)
+    ]
 
 
 def _is_weight(column: Column) -> bool:

@@ -77,8 +77,8 @@ CASE_SENSITIVE = {
 }
 WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}
 """Units of mass that test machines print for forces."""
-SINCE = re.compile(r"\s+since\b.*", re.IGNORECASE | re.DOTALL)
-"""What follows a unit of time in ``days since 2024-01-01``."""
+SINCE = re.compile(r"\s+since\b.*|\s*[;,]\s*(?:ave|avg|act|actual|raw)$", re.IGNORECASE | re.DOTALL)
+"""What follows a unit in ``days since 2024-01-01`` and ``mm; AVE``."""
 TEMPERATURE_UNITS = ("degC", "degF")
 SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
 ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)

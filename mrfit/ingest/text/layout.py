@@ -407,6 +407,8 @@ def is_name_row(cells: list[str]) -> bool:
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Split a header cell such as ``Force [N]``, ``Time (s)``, ``"Weg" s_A1 / m`` or ``force_N`` into name and unit."""
     text = cell.strip().strip('"').strip()
+    if match := re.fullmatch(r"\('([^']*)', '([^']*)'\)", text):
+        return match[1], match[2]  # two levels of column names, as pandas writes them
     if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):
         if match[2] or match[1].lower() not in COUNTED_TIMES:
             return _unit_among_words(match[1].strip() or text, match[2].strip())
@@ -451,7 +453,7 @@ def _one_unit(first: str | None, second: str | None) -> str | None:
 def _parted(text: str) -> tuple[str, str] | None:
     """Return a known name and its unit, parted by a mark or with the unit in brackets amid the name."""
     if match := re.fullmatch(r"(.*?)[\s_]*[\[({<]([^\[\](){}<>]+)[\])}>][\s_]*(.*)", text):
-        cut = [(f"{match[1]} {match[3]}".strip(), match[2].strip())]
+        cut = [(name, match[2].strip()) for name in (match[1].strip(), f"{match[1]} {match[3]}".strip())]
     else:
         cut = [(text[: m.start()].rstrip("/ "), text[m.end() :]) for m in re.finditer(MARKS_BEFORE_A_UNIT, text)]
     for whole, unit in reversed(cut):

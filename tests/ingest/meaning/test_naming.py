@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.errors import ConfigError
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
-from mrfit.ingest.meaning.naming import check_wrong_dimension, name_signals
+from mrfit.ingest.meaning.naming import called_by_leaf, check_wrong_dimension, name_signals
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
 
@@ -149,6 +149,27 @@ def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
 )
 def test_what_was_asked_for_is_not_what_was_measured(header: list[tuple[str, str]], channels: list[str]) -> None:
     assert [name for name, _ in _names(*header)] == channels
+
+
+@pytest.mark.parametrize(
+    ("names", "called"),
+    [
+        (["data.force_N", "data.stroke_mm"], [("force", "N"), ("stroke", "mm")]),
+        (["Model Root/Sensors/Force[kN]/Out1", "Model Root/Coil/Current[A]/Out1"], [("Force", "kN"), ("Current", "A")]),
+        (["f_N.signals.values", "disp.signals.values"], [("f", "N"), ("disp", None)]),
+        # nothing is left to tell them apart, or what is left is their unit, or they are no paths
+        (["one.force", "two.force"], [("one.force", None), ("two.force", None)]),
+        (["Load.N", "Load.kN"], [("Load.N", None), ("Load.kN", None)]),
+        (["Force.N", "Disp.mm"], [("Force.N", None), ("Disp.mm", None)]),
+        (["Force..kN.", "Disp..mm."], [("Force..kN.", None), ("Disp..mm.", None)]),
+        (["run.force"], [("run.force", None)]),
+    ],
+)
+def test_columns_named_by_paths_are_called_by_what_differs(
+    names: list[str], called: list[tuple[str, str | None]]
+) -> None:
+    columns = called_by_leaf(list(_columns(*((name, None) for name in names))))
+    assert [(c.name, c.unit) for c in columns] == called
 
 
 def test_a_demand_alone_is_said() -> None:

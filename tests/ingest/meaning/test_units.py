@@ -40,6 +40,7 @@ from mrfit.ingest.meaning import units
         ("mm·s⁻¹", "m/s", 1e-3, 0.0),
         ("m s⁻²", "m/s^2", 1.0, 0.0),
         ("Adc", "A", 1.0, 0.0),
+        ("mm; AVE", "m", 1e-3, 0.0),
         ("кН", "N", 1e3, 0.0),
         ("мм/с", "m/s", 1e-3, 0.0),
         ("deg", "rad", math.pi / 180, 0.0),

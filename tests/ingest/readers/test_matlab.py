@@ -30,7 +30,26 @@ def test_structs_and_scalars(read_log: ReadLog) -> None:
     data = _mat({"run": {"Force": one, "Current": two, "fs": 1 / DT, "note": "first"}})
     (record,) = read_log(data, "run.mat")
     assert record.dt == DT
-    assert set(record.channels) == {"run.force", "run.current"}
+    assert set(record.channels) == {"force", "current"}
+    assert [f.kind for f in record.findings if f.kind.startswith("unit")] == ["unit-assumed"] * 2
+
+
+@pytest.mark.parametrize("word", ["units", "unit"])
+def test_units_in_a_struct_of_their_own(word: str, read_log: ReadLog) -> None:
+    time, one, two = signals()
+    texts = {"t": "ms", "Force": "kN", "Current": "mA"}
+    data = _mat({"run": {"t": 1e3 * time, "Force": one, "Current": two, word: texts}})
+    (record,) = read_log(data, "run.mat")
+    assert record.dt == pytest.approx(DT) and record.units == {"force": "N", "current": "A"}
+    np.testing.assert_allclose(record.channels["force"], 1e3 * one)
+    np.testing.assert_allclose(record.channels["current"], 1e-3 * two)
+
+
+def test_a_structure_with_time_of_simulink(read_log: ReadLog) -> None:
+    time, one, two = signals()
+    kept = {"time": time, "signals": _struct_array(label=["Force (kN)", "Current (A)"], values=[one, two])}
+    (record,) = read_log(_mat({"ScopeData": kept}), "run.mat")
+    np.testing.assert_allclose(record.channels["force"], 1e3 * one)
 
 
 def test_dspace_capture(read_log: ReadLog) -> None:
@@ -107,7 +126,7 @@ def test_simulink_structure_with_time(read_log: ReadLog) -> None:
     (record,) = read_log(_mat({"ScopeData": {"time": time, "signals": both, "blockName": "rig/Scope"}}), "run.mat")
     assert record.dt == pytest.approx(DT)
     assert len(record.channels) == 3
-    np.testing.assert_allclose(record.channels["scopedata.signals.load.values"], one)
+    np.testing.assert_allclose(record.channels["force"], one)
 
 
 def test_version_seven_three_capture_with_references(read_log: ReadLog) -> None:

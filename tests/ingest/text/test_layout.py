@@ -34,6 +34,8 @@ def _head(tmp_path: Path, text: str) -> Head:
         ("Force (unit: kN)", "Force", "kN"),
         ("Force (kN, tension positive)", "Force tension positive", "kN"),
         ("Weg (Einheit: mm)", "Weg", "mm"),
+        ("Position (m) Run #1", "Position", "m"),
+        ("('Force', 'kN')", "Force", "kN"),
         ("Force (mean, raw)", "Force", "mean, raw"),
         ("Force (kN, N)", "Force", "kN, N"),
         ("Время, с", "Время", "с"),
