@@ -237,3 +237,13 @@ def test_runs_of_other_rates_in_one_log(read_log: ReadLog) -> None:
     first, second = read_log(text)
     assert (first.dt, second.dt) == (2e-3, 5e-3)
     np.testing.assert_allclose(second.channels["force"], 1e3 * np.sin(0.1 * np.arange(400)), atol=0.01)
+
+
+@pytest.mark.parametrize(("step", "dt"), [(1, 2e-3), (2, 2.0)])
+def test_times_that_go_up_by_one_count_the_samples_where_a_rate_is_stated(
+    step: int, dt: float, read_log: ReadLog
+) -> None:
+    rows = "".join(f"{step * k},{1e3 * np.sin(0.05 * k):.2f}\n" for k in range(300))
+    (record,) = read_log(f"Sample rate (Hz): 500\nTime,Force (N)\n{rows}")
+    assert record.dt == dt
+    assert ("rate-differs" in {f.kind for f in record.findings}) == (step != 1)

@@ -1,9 +1,13 @@
-"""Faults of sensors and converters that show in a channel's shape: a rail under noise, a stuck channel, wrap-round."""
+"""Faults of sensors, converters and loggers that show in the shape of channels.
+
+A rail under noise, a stuck channel, wrap-round, a slower channel held between its values, rows without a record.
+"""
 
 from collections.abc import Iterator
 
 import numpy as np
 
+from mrfit.core.channels import ELECTRICAL
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest.meaning.sanity import Flanks, away_from_the_ends, rectangular
@@ -22,9 +26,41 @@ WRAP, SAME_WRAP, USUAL_STEP = 0.5, 0.1, 0.2
 """Least step of a wrap-round in the range of the channel, how much such steps may differ, and most of usual steps."""
 
 
+FEWEST_VALUES, LONGEST_HOLD, IN_STEP = 50, 50, 0.99
+"""Values of a channel by which it is seen to be held, most rows of each, and share of them that begin in step."""
+FEWEST_STANDING, STANDING_SHARE = 8, 0.005
+"""Rows, and share of the rows, for which all channels stand still at an end."""
+
+
 def fault_findings(record: Recording) -> list[Finding]:
-    """Return faults of sensors and converters; ``record`` is in memory."""
-    return [finding for name in record.channels for finding in _faults(record, name)]
+    """Return faults of sensors, converters and loggers; ``record`` is in memory."""
+    return [*(finding for name in record.channels for finding in _faults(record, name)), *_standing(record)]
+
+
+def _standing(record: Recording) -> Iterator[Finding]:
+    """Yield where all channels stand exactly still at an end of the record, which they do nowhere else."""
+    moving = [np.diff(values) != 0.0 for values in record.channels.values() if np.ptp(values)]
+    if len(moving) < 2:
+        return
+    places = np.flatnonzero(np.logical_or.reduce(moving))
+    if not len(places) or np.max(np.diff(places), initial=1) > 2:
+        return
+    fewest = max(FEWEST_STANDING, STANDING_SHARE * record.samples)
+    for rows, at, end in ((places[0], 0, "first"), (record.samples - 2 - places[-1], places[-1] + 1, "last")):
+        if rows >= fewest:
+            text = f"every channel stands exactly still over the {end} {rows + 1} rows: nothing was recorded there"
+            yield Finding("standing", "", float(at) * record.dt, f"{text}, unless the machine was at rest")
+
+
+def _held(values: Array) -> int:
+    """Return over how many rows each value of a channel is held; 1 where it is not held in step."""
+    changes = np.flatnonzero(np.diff(values)) + 1
+    if len(changes) < FEWEST_VALUES:
+        return 1
+    rows = int(np.median(np.diff(changes)))
+    if not 1 < rows <= LONGEST_HOLD or 2 * rows * len(changes) < len(values):
+        return 1
+    return rows if np.bincount(changes % rows).max() >= IN_STEP * len(changes) else 1
 
 
 def _faults(record: Recording, name: str) -> Iterator[Finding]:
@@ -43,6 +79,10 @@ def _faults(record: Recording, name: str) -> Iterator[Finding]:
         if not ramps and (first := _at_rail(height)) is not None:
             text = f"{name} stays within the noise of its {word} values, about {end:.4g}, again and again: saturated"
             yield Finding("saturated", name, first * record.dt, f"{text}, unless it is held there")
+    if name not in ELECTRICAL and (rows := _held(values)) > 1:
+        text = f"{name} has a new value in one of {rows} rows only and is held between them, so that it comes late"
+        yield Finding("held", name, None, f"{text}; log it at its own rate")
+        return
     yield from _stuck(record, name)
 
 

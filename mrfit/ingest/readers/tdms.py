@@ -61,9 +61,16 @@ def read(source: Source) -> list[Table]:
     doubts = [f"'{c.column.name}': {c.doubt}" for channels in groups for c in channels if c.doubt]
     if tables and doubts:
         tables[0] = tables[0].finding("packing-unclear", f"{few(doubts, 3)}; a channel map can say another scale")
+    if any(table.time is None and table.dt == UNSET_INCREMENT for table in tables):
+        text = "the file states an increment of 1 s, which LabVIEW writes where none was set"
+        tables[0] = tables[0].finding("rate-doubtful", f"{text}; a channel map can say rate = HZ")
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
     return tables
+
+
+UNSET_INCREMENT = 1.0
+"""Increment in s of a waveform that was given none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,11 +40,21 @@ def counter_of(columns: Sequence[Column]) -> tuple[series.Values, float] | None:
 
 
 def counting_samples(table: Table) -> Table:
-    """Return a table without a clock where its clock counts samples, as the unit says: its count is a column."""
-    if table.time is None or not COUNTED.fullmatch(table.time.unit or ""):
+    """Return a table without a clock where its clock counts samples: its count is a column.
+
+    The unit says so; or it has none, and goes up by one from row to row, where the log states another interval.
+    """
+    if table.time is None:
+        return table
+    by_one = not table.time.unit and table.dt not in (None, 1.0) and _goes_up_by_one(table.time.values)
+    if not by_one and not COUNTED.fullmatch(table.time.unit or ""):
         return table
     count = replace(table.time, name="sample", unit=None)
     return replace(table, columns=tuple(sorted((*table.columns, count), key=lambda c: c.index)), time=None)
+
+
+def _goes_up_by_one(values: series.Values) -> bool:
+    return all(bool(np.all(step == 1.0)) for _, step in series.steps(values))
 
 
 def is_counter(column: Column) -> bool:

@@ -83,6 +83,39 @@ def test_a_wave_at_both_rails_and_a_trapezoid(rail: float, noise: float) -> None
     assert kinds(np.clip(2.0 / np.pi * np.arcsin(SINE), -rail, rail)) == set()
 
 
+@pytest.mark.parametrize("rows", [2, 3, 10])
+def test_a_channel_that_is_held_between_its_values(rows: int) -> None:
+    held = np.repeat(FORCE[::rows], rows)[: len(FORCE)]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=held) == [("held", "force")]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, current=np.repeat(NOISE[::rows], rows)[: len(T)]) == []
+
+
+@pytest.mark.parametrize("code", [5.0, 20.0])
+def test_a_coarse_converter_holds_nothing_in_step(code: float) -> None:
+    quiet = code * np.round((600.0 * np.tanh(4.0 * VELOCITY) + 300.0 * VELOCITY) / code)
+    assert "held" not in [kind for kind, _ in _faults(displacement=SINE + 1e-4 * NOISE, force=quiet)]
+
+
+@pytest.mark.parametrize("rows", [16, 400])
+def test_rows_at_an_end_in_which_every_channel_stands(rows: int) -> None:
+    def stopped(values: Array, at_end: bool) -> Array:
+        changed = values.copy()
+        changed[-rows:] = 0.0 if not at_end else changed[-rows]
+        return changed if at_end else changed[::-1]
+
+    for at_end in (False, True):
+        channels = {n: stopped(v, at_end) for n, v in (("displacement", SINE + 1e-4 * NOISE), ("force", FORCE))}
+        assert ("standing", "") in _faults(**channels)
+        channels["current"] = NOISE  # goes on
+        assert ("standing", "") not in _faults(**channels)
+
+
+def test_a_machine_at_rest_now_and_then_is_no_logger_that_stopped() -> None:
+    rests = (T % 2.0 < 0.5) | (T > 5.8)
+    channels = {n: np.where(rests, v[0], v) for n, v in (("displacement", SINE), ("force", FORCE))}
+    assert ("standing", "") not in _faults(**channels)
+
+
 def test_a_channel_that_is_stuck_until_the_end() -> None:
     values = FORCE.copy()
     values[2000:] = values[2000]

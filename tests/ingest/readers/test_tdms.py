@@ -35,6 +35,13 @@ def test_time_channel_where_no_waveform_is_stated(read_log: ReadLog) -> None:
     np.testing.assert_allclose(record.channels["force"], 1e3 * one)
 
 
+@pytest.mark.parametrize(("increment", "said"), [(1.0, ["rate-doubtful"]), (0.5, [])])
+def test_an_increment_that_may_not_have_been_set_is_said(increment: float, said: list[str], read_log: ReadLog) -> None:
+    data = _file(ChannelObject("rig", "Load (kN)", signals()[1], properties={"wf_increment": increment}))
+    (record,) = read_log(data, "run.tdms")
+    assert record.dt == increment and [f.kind for f in record.findings if f.kind == "rate-doubtful"] == said
+
+
 @pytest.mark.parametrize("increment", [None, 1.0, 1e-2])
 @pytest.mark.parametrize("stamped", [False, True])
 @pytest.mark.parametrize("apart", [False, True])
