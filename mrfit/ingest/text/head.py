@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.channels import CHANNELS
 from mrfit.ingest.refusal import Refusal
 
 Text = bytes | mmap.mmap
@@ -15,6 +16,8 @@ HEAD_BYTES = 65536
 TEXT_CHUNK = 1 << 20
 FEED, RETURN = 10, 13
 SINGLE_BYTE = ["cp1252", "latin_1", "cp437", "cp850", "mac_roman"]
+OTHER_LETTERS, CYRILLIC = ("gb18030", "shift_jis", "euc_kr", "cp1251"), "\u0400"
+"""Encodings of Chinese, Japanese, Korean and Russian programs, and the first of their letters."""
 CONTAINERS = (
     (b"PK\x03\x04", "a ZIP, XLSX or ODS file", "export the sheet as CSV, or unpack the archive"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file", "export the sheet as CSV"),
@@ -114,8 +117,21 @@ def encoding_of(raw: bytes) -> str:
     try:
         codecs.getincrementaldecoder("utf-8")().decode(raw)
     except UnicodeDecodeError:
-        return _single_byte(raw)
+        return _of_known_names(raw) or _single_byte(raw)
     return "utf-8"
+
+
+def _of_known_names(raw: bytes) -> str:
+    """Return the encoding in which a file has a name of a channel in other letters than Latin; empty without one."""
+    names = [a for c in CHANNELS.values() for a in c.aliases if len(a) > 1 and a[0] >= CYRILLIC]
+    for encoding in OTHER_LETTERS:
+        try:
+            text = codecs.getincrementaldecoder(encoding)().decode(raw).lower()
+        except UnicodeDecodeError:
+            continue
+        if any(name in text for name in names):
+            return encoding
+    return ""
 
 
 def _utf16_without_mark(raw: bytes) -> str:

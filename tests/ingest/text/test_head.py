@@ -96,3 +96,19 @@ def test_a_lone_return_past_the_head_is_seen(tmp_path: Path) -> None:
     path.write_bytes(b"0,1\r\n" * 300000 + b"2,3\r4,5\r\n")
     assert feeds(body_view(open_head(path)), 0, 10) == 2
     assert bytes(body_view(open_head(path))[-8:]) == b"2,3\n4,5\n"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "header"),
+    [
+        ("gb18030", "时间(s),位移(mm),阻尼力(N)"),
+        ("shift_jis", "時間(s),変位(mm),荷重(N)"),
+        ("euc_kr", "시간(s),변위(mm),하중(N)"),
+        ("cp1251", "Время (s);Перемещение (mm);Усилие (N)"),
+        ("cp1252", "Zeit (s);Öltemperatur (°C);Größe (µm)"),
+    ],
+)
+def test_names_of_channels_tell_the_encoding(encoding: str, header: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(f"{header}\n0,1,2\n".encode(encoding))
+    assert open_head(path).lines[0] == header
