@@ -39,7 +39,8 @@ def _say_words(words: dict[str, Any], work: Path) -> None:
     from mrfit.cli import output, pipeline
 
     output.advise(words)
-    if words["advice"] and words["verdict"] != "insufficient-data":
+    # the last line is the one of a quiet command, and the rig's lines are no answer
+    if words["advice"] and words["verdict"] != "insufficient-data" and not console.VERBOSITY.quiet:
         console.say(f"{NO_RIG} mrfit advise --rig FILE --work {work}")
         console.say_each(pipeline.rig_lines(work))
 

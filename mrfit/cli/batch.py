@@ -46,14 +46,13 @@ def batch(
 def show(summary: "BatchFile") -> None:
     """Print the result of a batch."""
     failed = len(summary.failed)
-    console.say(
-        f"{number_of('log', summary.logs)}: {summary.logs - failed} fitted, {failed} failed "
-        f"({summary.done} processed now, {summary.unchanged} unchanged, "
-        f"{summary.logs - summary.done - summary.unchanged} refused unread); "
-        f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}"
-    )
     for row in summary.failed[:LOGS_LISTED]:
         console.say(f"failed: {row.error if row.log in row.error else f'{row.log}: {row.error}'}")
     if failed > LOGS_LISTED:
         console.say(f"and {failed - LOGS_LISTED} more, all on the page")
-    console.say(f"table {summary.table}, page {summary.page}")
+    console.conclude(
+        f"{number_of('log', summary.logs)}: {summary.logs - failed} fitted, {failed} failed "
+        f"({summary.done} processed now, {summary.unchanged} unchanged, "
+        f"{summary.logs - summary.done - summary.unchanged} refused unread); "
+        f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}; table {summary.table}, page {summary.page}"
+    )

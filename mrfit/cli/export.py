@@ -119,6 +119,8 @@ def show(summary: "Exported") -> None:
     for row in summary.formats:
         console.say_each(row.said, f"{row.format}: ")
     outdated({summary.fit: "; ".join(summary.outdated)})
+    made = ", ".join(row.format for row in summary.formats) or "nothing"
+    console.conclude(f"Export of {summary.fit}: {made}; {summary.folder}")
 
 
 def outdated(reasons: Mapping[str, str]) -> None:

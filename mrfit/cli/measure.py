@@ -11,6 +11,7 @@ from mrfit.cli.apply import read_logs
 from mrfit.cli.options import CommandAnswer, Only, ReadLogs, options
 from mrfit.cli.sheet import sheet
 from mrfit.cli.watch import watch
+from mrfit.core.counting import number_of
 from mrfit.errors import DataError
 from mrfit.settings import ingest
 
@@ -70,6 +71,13 @@ def _print_lags(found: "Sequence[CommandLag]", command: str, actual: str) -> Non
     console.print_table(f"{actual} behind {command}", [*columns, "gain", "error"], rows)
     if any(row.dead_time is None for row in found):
         console.say("  not told: a pure dead time and a pure lag fit alike; a command with steps tells them apart")
+    lags = _ends([1e3 * row.lag for row in found])
+    console.conclude(f"Lag of {actual} behind {command} in {number_of('log', len(found))}: {lags} ms")
+
+
+def _ends(values: "Sequence[float]") -> str:
+    """Return the one value, or the least and greatest of several."""
+    return " to ".join(dict.fromkeys(f"{value:.4g}" for value in (min(values), max(values))))
 
 
 @app.command("quasi-static")
@@ -91,6 +99,10 @@ def quasi_static(logs: ReadLogs, *, reading: Reading) -> CommandAnswer:
 def _print_quasi_static(found: "Sequence[QuasiStatic]") -> None:
     names = ("stiffness (N/m)", "friction (N)", "offset (N)", "loss (J)", "peak speed (m/s)", "ways", "spread (N)")
     console.print_table("Quasi-static test", ("log", *names), [list(asdict(row).values()) for row in found])
+    stiffness, friction = _ends([row.stiffness for row in found]), _ends([row.friction for row in found])
+    console.conclude(
+        f"Quasi-static test of {number_of('log', len(found))}: stiffness {stiffness} N/m, friction {friction} N"
+    )
 
 
 def channel(record: "Recording", name: str) -> "Array":

@@ -113,6 +113,7 @@ def preview(rows: "Sequence[Preview]") -> None:
     for remedy, refused in remedies.items():
         say_each(f"refused {row.source}: {row.oddities}" for row in refused)
         say(f"    to read {'it' if len(refused) == 1 else f'these {len(refused)}'}: {remedy}")
+    conclude(in_one_line.preview(rows))
 
 
 def flux(summary: Summary, work: Path) -> None:
@@ -278,6 +279,7 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
     _notes(summary)
     _whole_warnings(summary)
     say(f"Files: {work / 'compare'}/optimizers.html, optimizers.csv, optimizers.json")
+    conclude(in_one_line.compare_optimizers(summary))
 
 
 def discover(summary: Summary, work: Path) -> None:
@@ -365,8 +367,8 @@ def _setting(value: object) -> str:
 def remove(summary: Summary) -> None:
     """Print the fits that were taken out, and those that are left."""
     done = "Would be removed from" if summary["dry_run"] else "Removed from"
-    say(f"{done} {summary['work']}: {', '.join(summary['removed'])}")
     say(f"Fits left: {', '.join(summary['left']) or 'none'}")
+    conclude(f"{done} {summary['work']}: {', '.join(summary['removed'])}")
 
 
 def run(summary: Summary) -> None:
@@ -405,17 +407,18 @@ def check_exports(summary: Summary) -> None:
 def figure(summary: Summary) -> None:
     """Print the place of a figure, the conditions not in it, and why its fits are out of date."""
     export.outdated(summary["outdated"])
-    say(f"Figure of {summary['kind']}, {summary['width']} wide: {', '.join(summary['files'])}")
     if left_out := summary["left_out"]:
         say(
             f"{summary['conditions']} of {summary['conditions'] + len(left_out)} conditions are drawn, not "
             f"{', '.join(left_out)}: name them with --condition, or put conditions on shared axes with "
             "--overlay conditions"
         )
+    conclude(f"Figure of {summary['kind']}, {summary['width']} wide: {', '.join(summary['files'])}")
 
 
 def datasets(rows: Sequence[Summary]) -> None:
     """Print the catalog of public data."""
+    _names_where_quiet(rows)
     names = ("name", "title", "files", "size", "licence", "cite")
     print_table("Public data", names, [numbers({**r, "size": _megabytes(r["bytes"])}, names) for r in rows])
     say("Fetch one, checked against its SHA-256, with `mrfit datasets NAME`")
@@ -456,11 +459,15 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
     return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
 
 
-def registry_table(rows: Sequence[dict[str, str]], kind: str) -> None:
-    """Print names and titles, names alone where little is wanted."""
+def _names_where_quiet(rows: Sequence[Summary]) -> None:
     if VERBOSITY.quiet:
         for row in rows:
             conclude(row["name"])
+
+
+def registry_table(rows: Sequence[dict[str, str]], kind: str) -> None:
+    """Print names and titles, names alone where little is wanted."""
+    _names_where_quiet(rows)
     print_table(kind, ("name", "title"), [[r["name"], r["title"]] for r in rows])
 
 
@@ -499,8 +506,8 @@ def item(name: str) -> Summary:
 
 def show(found: Summary) -> None:
     """Print an item's title, text and parameters, and what an effect is mistaken for."""
-    for line in (f"{found['name']} ({found['kind']}): {found['title']}", "", *found["text"].split("\n"), ""):
-        say(line)
+    conclude(f"{found['name']} ({found['kind']}): {found['title']}")
+    say_each(("", *found["text"].split("\n"), ""), "")
     if "params" in found:
         takes, neutral = ", ".join(found["inputs"]), found.get("neutral")
         if neutral is None:

@@ -1,10 +1,13 @@
 """The result of each command in one line, the last that it prints and the only one of ``--quiet``."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mrfit.core.counting import number_of
+
+if TYPE_CHECKING:
+    from mrfit.ingest.stage import Preview
 
 Summary = dict[str, Any]
 
@@ -13,6 +16,13 @@ def ingest(summary: Summary, work: Path) -> str:
     """Return the numbers of recordings and of logs that were read."""
     rows, refused = summary["recordings"], len(summary["refused"])
     read = f"{number_of('recording', len(rows))} of {number_of('log', len({r['source'] for r in rows}))} in {work}"
+    return f"{read}, {number_of('file', refused)} refused" if refused else read
+
+
+def preview(rows: "Sequence[Preview]") -> str:
+    """Return the numbers of recordings that would be read and of files that would be refused."""
+    refused = sum(row.reader == "refused" for row in rows)
+    read = f"{number_of('recording', len(rows) - refused)} would be read"
     return f"{read}, {number_of('file', refused)} refused" if refused else read
 
 
@@ -61,6 +71,17 @@ def compare_models(summary: Summary) -> str:
         best.setdefault(row["output"], row)
     found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'))}" for output, m in best.items())
     return f"Best of {number_of('model', len(summary['models']))}: {'; '.join(found)}"
+
+
+def compare_optimizers(summary: Summary) -> str:
+    """Return the optimizer of the least median cost on every condition."""
+    rows = [row for row in summary["rows"] if row["median"] is not None]
+    best: dict[str, Summary] = {}
+    for row in sorted(rows, key=lambda row: row["median"]):
+        best.setdefault(row["condition"], row)
+    found = (f"{r['optimizer']} on {c}, median {r['median']:.4g} {r['unit']}".rstrip() for c, r in best.items())
+    number = number_of("optimizer", len({row["optimizer"] for row in summary["rows"]}))
+    return f"Best of {number} for {summary['settings']['model']}: {'; '.join(found) or 'none'}"
 
 
 def status(summary: Summary) -> str:

@@ -70,6 +70,27 @@ def test_a_quiet_command_prints_one_line_and_a_verbose_one_every_step(command: C
     assert len(Path("mrfit-work", logbook.LOGBOOK_NAME).read_text().splitlines()) == 5
 
 
+def test_the_line_of_a_quiet_command_is_its_result(command: Command, datasets: Path) -> None:
+    log, fit, out = datasets / "damper" / "sine_1Hz_12mm.csv", "bingham.auto.all", "mrfit-work/export/bingham.auto.all"
+    lines = {
+        ("ingest", log, "--preview"): "1 recording would be read",
+        ("ingest", log): "1 recording of 1 log in mrfit-work",
+        ("fit", "--model", "bingham", "--per", "all"): r"Fit bingham\.auto\.all: NRMSE .*",
+        ("export", "--fit", fit, "--to", "json"): f"Export of {fit}: json; {out}",
+        ("compare", "--model", "bingham", "--optimizers", "lsq", "--seeds", "1", "--budget", "50"): (
+            r"Best of 1 optimizer for bingham: lsq on all, median .* N"
+        ),
+        ("figure", "predicted", "--fit", fit): r"Figure of predicted, .* wide: .*",
+        ("measure", "quasi-static", log): r"Quasi-static test of 1 log: stiffness .* N/m, friction .* N",
+        ("batch", log.parent, "--model", "bingham"): r"3 logs: 3 fitted, 0 failed .*page mrfit-batch.batch\.html",
+        ("show", "tanh"): r"tanh \(model\): Hyperbolic tangent",
+        ("remove", fit): f"Removed from mrfit-work: {fit}",
+    }
+    for words, line in lines.items():
+        code, printed, _ = command(*words, "-q")
+        assert code == 0 and re.fullmatch(f"{line}\n", printed.replace("\\", "/")), (words, printed)
+
+
 def test_names_alone_are_listed_where_little_is_wanted(command: Command) -> None:
     names = command("list", "models", "-q")[1].split()
     assert {"tanh", "bingham"} <= {*names} and not {"name", "title"} & {*names}
