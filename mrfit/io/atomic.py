@@ -45,7 +45,7 @@ def opened_to_append(path: Path) -> IO[bytes]:
 
 
 @contextmanager
-def accessing(path: Path, remedy: str = "; choose another --work folder", what: str = "cannot write") -> Iterator[None]:
+def accessing(path: Path, remedy: str = "; choose another folder", what: str = "cannot write") -> Iterator[None]:
     """Name the file or folder that the system refuses, and the remedy."""
     try:
         yield

@@ -60,7 +60,7 @@ def test_what_names_no_file_is_refused(path: str) -> None:
 
 def test_where_a_file_stands_for_the_folder_one_line_says_so(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("")
-    with pytest.raises(DataError, match="cannot write .*; choose another --work folder"):
+    with pytest.raises(DataError, match="cannot write .*; choose another folder"):
         write_text(tmp_path / "a" / "b", "x")
 
 

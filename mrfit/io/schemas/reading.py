@@ -201,5 +201,5 @@ def _check_schema(path: Path, text: str | bytes, known: tuple[str, ...]) -> None
         shown = re.sub(r"\s+", " ", str(named))[:60]
         raise UnknownSchema(
             f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(known)}); use "
-            "the mrfit that wrote it, or another --work folder"
+            "the mrfit that wrote it, or another workspace"
         )
