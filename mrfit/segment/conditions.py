@@ -8,6 +8,7 @@ from math import isclose
 
 import numpy as np
 
+from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, NAMING, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -239,6 +240,19 @@ def cut_blocks(segments: Sequence[Segment], cycles: int) -> list[Segment]:
             warm_up = round(period) if k else segment.warm_up
             found.append(replace(block, start=start, stop=stop, warm_up=warm_up, cycles=cycles))
     return found
+
+
+def left_of_blocks(segment: Segment, cycles: int) -> tuple[int, str]:
+    """Return the samples of a stretch that ``cut_blocks`` leaves out, and the words for a stretch not cut in full."""
+    count, rest = divmod(segment.cycles, cycles)
+    if not segment.cycles or (count > 1 and not rest):
+        return 0, ""
+    whole = f"{segment.recording}: of {number_of('cycle', segment.cycles)}"
+    if count < 2:
+        return 0, f"{whole} no two blocks of {cycles} can be cut: the stretch stays whole"
+    return round(
+        segment.samples * rest / segment.cycles
+    ), f"{whole} the last {rest} fill no block of {cycles}: left out"
 
 
 def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:

@@ -11,7 +11,7 @@ from mrfit.io.keys import code_version, segment_key
 from mrfit.io.schemas.reading import UnknownSchema
 from mrfit.io.schemas.stages import ConditionRow, CutRow, SegmentRow, SegmentSettings, SegmentsFile
 from mrfit.io.workspace import Workspace, checked, plain
-from mrfit.segment.conditions import assign_roles, cut_blocks, hold_out_after, name_conditions
+from mrfit.segment.conditions import assign_roles, cut_blocks, hold_out_after, left_of_blocks, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
 from mrfit.settings.segment import Settings as Settings
 
@@ -88,9 +88,17 @@ def cut(
     named, (how, _, when) = name_conditions(found, stated, wording), settings.holdout.partition("=")
     if settings.blocks:
         named = cut_blocks(named, settings.blocks)
+        detections = [_in_blocks(d, settings.blocks) for d in detections]
     if how == "after":
         return hold_out_after(named, when, {d.recording.id: d.recording.dt for d in detections}), detections
     return assign_roles(named, settings.holdout), detections
+
+
+def _in_blocks(detection: Detection, cycles: int) -> Detection:
+    """Return a detection without the samples that fill no block, and with what is said of them."""
+    left = [left_of_blocks(s, cycles) for s in detection.segments]
+    said = (*detection.findings, *(text for _, text in left if text))
+    return replace(detection, findings=said, kept=detection.kept - sum(samples for samples, _ in left))
 
 
 def last_settings(workspace: Workspace) -> Settings:

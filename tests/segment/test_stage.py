@@ -196,12 +196,15 @@ def test_blocks_are_conditions_in_whole_cycles(tmp_path: Path) -> None:
     made = workspace(tmp_path, logs()[:1])
     whole = run(made, Settings()).segments[0]
     assert (whole.condition, whole.cycles) == ("sine-1Hz-1A", 7)
-    run(made, Settings(blocks=3))
+    cut = run(made, Settings(blocks=3))
+    (said,) = (f for f in cut.findings if "block" in f)
+    assert said.endswith(": of 7 cycles the last 1 fill no block of 3: left out")
     first, second = made.read_segments()
     assert (first.condition, second.condition) == ("sine-1Hz-1A-cycles1to3", "sine-1Hz-1A-cycles4to6")
     assert first.start == whole.start and first.stop == second.start and first.cycles == second.cycles == 3
     assert (second.stop - whole.start) / (whole.stop - whole.start) == pytest.approx(6 / 7, abs=1e-3)
-    run(made, Settings(blocks=4))
+    cut = run(made, Settings(blocks=4))
+    assert any(f.endswith("of 7 cycles no two blocks of 4 can be cut: the stretch stays whole") for f in cut.findings)
     assert [s.condition for s in made.read_segments()] == ["sine-1Hz-1A"]
     with pytest.raises(ConfigError, match="at least 2 cycles"):
         run(made, Settings(blocks=1))
