@@ -64,7 +64,7 @@ def save(
     """
     ending = next((e for e in TABLE_FORMATS if name.endswith(e)), "")
     stem = name.removesuffix(ending)
-    check_name(stem)
+    check_name(stem, "--save")
     folder, series = workspace.root / "predict", predicted_series(kept.fit, found, assembly)
     data = folder / f"{stem}{ending or '.parquet'}"
     write_atomic(data, lambda path: _write_series(path, data.suffix, series))

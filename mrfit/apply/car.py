@@ -46,8 +46,11 @@ class Car:
     tyre_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if min(self.sprung, self.spring, self.tyre) <= 0.0 or min(self.unsprung, self.tyre_damping) < 0.0:
-            raise ConfigError("a car needs a sprung mass, a spring and a tyre above 0, no negative mass or damping")
+        for name in ("sprung", "unsprung", "spring", "tyre", "tyre_damping"):
+            value, may_be_zero = getattr(self, name), name in ("unsprung", "tyre_damping")
+            if not (value > 0.0 or (may_be_zero and value == 0.0)):
+                least = "0 or more" if may_be_zero else "more than 0"
+                raise ConfigError(f"--{name.replace('_', '-')} takes {least}, not {value:g}")
 
     @property
     def fastest(self) -> float:
@@ -102,7 +105,7 @@ class Timing:
     def __post_init__(self) -> None:
         if not 1e-6 <= self.sample <= 0.1 or not 1 <= self.steps <= 1000:
             raise ConfigError(
-                "the control's sample time is 1 µs to 0.1 s, with 1 to 1000 steps of the simulation in it"
+                f"--sample takes 1e-06 to 0.1 s and --steps 1 to 1000, not {self.sample:g} s and {self.steps}"
             )
 
 

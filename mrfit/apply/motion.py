@@ -70,7 +70,10 @@ def sine_phase(frequency: float, cycles: float, dt: float) -> Array:
     """
     count = int(np.ceil(cycles / frequency / dt)) + 1
     if frequency * dt > 0.05 or count > _LONGEST:
-        raise ConfigError(f"a sine of {frequency:g} Hz for {cycles:g} cycles cannot be sampled every {dt:g} s")
+        raise ConfigError(
+            f"a sine of {frequency:g} Hz for {cycles:g} cycles cannot be sampled every {dt:g} s (--dt): "
+            f"take 20 samples a cycle or more, {_LONGEST} at most"
+        )
     return np.asarray(2.0 * np.pi * frequency * np.arange(count) * dt, dtype=np.float64)
 
 

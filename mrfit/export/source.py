@@ -237,7 +237,9 @@ def source_of(
         )
     chosen = condition or next(iter(results))
     if chosen not in results:
-        raise ConfigError(f"{content.name}: no parameters of '{chosen}'; there are {', '.join(list(results)[:8])}")
+        raise ConfigError(
+            f"--condition '{chosen}': {content.name} has no parameters of it; there are {', '.join(list(results)[:8])}"
+        )
     values = {p.name: float(p.value) for p in results[chosen].parameters}
     own = tuple(s for s in stretches if chosen == "all" or s.condition == chosen)
     theta = assembly.spec.theta(values)

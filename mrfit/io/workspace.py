@@ -72,8 +72,8 @@ def to_json(document: Document) -> dict[str, Any]:
     return {name: plain(getattr(document, name)) for name in document.written(told=True)}
 
 
-def check_name(name: str) -> None:
-    """Refuse a name of a fit that would not be a plain name of a folder.
+def check_name(name: str, option: str = "") -> None:
+    """Refuse a name of a fit that would not be a plain name of a folder; ``option`` gave it.
 
     Raises
     ------
@@ -83,8 +83,8 @@ def check_name(name: str) -> None:
     if not FIT_NAME.fullmatch(name) or len(name) > LONGEST_NAME:
         shown = name if len(name) <= 60 else name[:57] + "…"
         raise ConfigError(
-            f"'{shown}' is no name for a file: give up to {LONGEST_NAME} letters, digits, . _ - and +, the first a "
-            "letter, a digit or _"
+            f"{f'{option} ' if option else ''}'{shown}' is no name for a file: give up to {LONGEST_NAME} letters, "
+            "digits, . _ - and +, the first a letter, a digit or _"
         )
 
 

@@ -245,7 +245,7 @@ def test_a_fit_of_conditions_asks_whose_parameters(logs: Path, tmp_path: Path) -
     words = {"train": "training", "holdout": "held out"}
     assert stated == [f"{words[row.role]}: RMSE {row.rmse:.4g} N" for row in own.itertuples()]
     assert {p["name"]: p["value"] for p in model["parameters"]} == given.loc[["fy", "C_inf", "f0"]].to_dict()
-    with pytest.raises(ConfigError, match="^each: no parameters of 'nix'; there are sine-1Hz"):
+    with pytest.raises(ConfigError, match="^--condition 'nix': each has no parameters of it; there are sine-1Hz"):
         found.export(tmp_path, to="json", condition="nix")
 
 

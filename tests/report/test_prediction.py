@@ -120,7 +120,7 @@ def test_what_was_not_measured_is_said_on_the_page(fitted: tuple[Workspace, Fit]
 
 def test_names_and_files_of_others_are_refused(fitted: tuple[Workspace, Fit], tmp_path: Path) -> None:
     found = predict(fitted[1], read_dataset(logs(tmp_path)))
-    with pytest.raises(ConfigError, match="is no name for a file"):
+    with pytest.raises(ConfigError, match="^--save '.*' is no name for a file"):
         kept(found, fitted, "../out")
     (data, _) = kept(found, fitted, "edited")
     path = Path(data).with_suffix(".json")
