@@ -7,10 +7,13 @@ import typer
 
 from mrfit.cli import console
 from mrfit.cli.options import CommandAnswer, FinishedFit, Only, SetOfCondition, Work, options
+from mrfit.core.counting import few
 from mrfit.settings import ingest
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.track import TracksFile
+
+TABLES_SHOWN = 4
 
 
 @options()
@@ -46,4 +49,7 @@ def _show(made: "TracksFile") -> None:
     from mrfit.track.page import HEADS, rows_of
 
     console.print_table(f"Parameters of {made.fit} along logs", ("log", *HEADS), rows_of(made))
-    console.say(f"Page: {made.page}")
+    page = Path(made.page)
+    tables = [f"{page.stem}-{log.recording}.parquet" for log in made.logs]
+    console.say(f"Tables beside the page: {few(tables, TABLES_SHOWN)}")
+    console.say(f"Page: {page}")

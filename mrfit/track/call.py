@@ -57,11 +57,11 @@ class ParameterTracks:
 
     @check_arguments
     def save(self, folder: PathText, name: str = "track-parameters") -> TracksFile:
-        """Write page, JSON file, and a table for every log."""
+        """Write page, JSON file, and a table for every log, ``NAME-LOG.parquet``."""
         root, page = Path(folder), f"{name}.html"
         root.mkdir(parents=True, exist_ok=True)
-        for k, track in enumerate(self.tracks.values(), 1):
-            write_table(root / f"{name}-{k}.parquet", columns_of(track))
+        for log, track in self.tracks.items():
+            write_table(root / f"{name}-{log}.parquet", columns_of(track))
         write_text(root / page, page_of(self.content, self.tracks, self.blocks, f"{name}.json"))
         write_json(root / f"{name}.json", self.content)
         return replace(self.content, page=str(root / page))

@@ -33,7 +33,7 @@ def test_a_step_is_on_the_page_in_the_numbers_and_in_the_blocks(tmp_path: Path) 
     saved = found.save(str(tmp_path), "life")
     page = (tmp_path / "life.html").read_text()
     assert saved.page.endswith("life.html") and "<svg" in page and "fy (N)" in page
-    table = pd.read_parquet(tmp_path / "life-1.parquet")
+    table = pd.read_parquet(tmp_path / "life-life.parquet")
     assert list(table) == ["time", "fy", "c", "fy_sd", "c_sd", "innovation", "moves", "filter"]
     assert set(columns_of(next(iter(found.tracks.values())))) == set(table)
 
