@@ -369,6 +369,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     discovery = replace(config.discover, jobs=overrides.jobs) if config.discover else None
     if discovery:
         discover_stage.check(discovery)
+    _check_with_the_fits(config, folder, Workspace(work))
     logs = list(overrides.logs) if overrides.logs else _expand(config.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
     reading = replace(config.ingest, map=map_file, jobs=overrides.jobs)
@@ -412,6 +413,39 @@ def _sheet(
     beside = _expand(table.against, folder, "[sheet] against") if table.against else []
     others = mrfit.ingest.stage.read(beside, reading, progress).recordings if beside else []
     return to_json(write(recordings, table.settings, others, workspace.root / "sheet", table.pdf, progress))
+
+
+def _check_with_the_fits(config: PipelineFile, folder: Path, workspace: Workspace) -> None:
+    """Refuse what is wrong in the tables that come after the fits, before any work is done.
+
+    Raises
+    ------
+    ConfigError
+        If a model, an optimizer, a width, a format, a fit's name or a pattern of logs is wrong.
+    """
+    from mrfit.compare import optimizers
+    from mrfit.compare import stage as models
+    from mrfit.export import stage as export_stage
+    from mrfit.report.paper_stage import check as check_figure
+
+    if config.compare and config.compare.models:
+        models.check(config.compare.of_models)
+    elif config.compare:
+        optimizers.check(config.compare.of_optimizers)
+    for table in config.predict:
+        _expand(table.logs, folder, "[predict]")
+    for figure in config.figure:
+        check_figure(figure.kind, figure.settings)
+    for one in config.export:
+        export_stage.check(one.to)
+    if config.sheet and config.sheet.against:
+        _expand(config.sheet.against, folder, "[sheet] against")
+    made = {s.fit_name for s in config.fit} | {*workspace.fit_names()}
+    asked = [("predict", t.fit) for t in config.predict] + [("export", t.fit) for t in config.export]
+    for name, fit_name in [*asked, *(("figure", f) for t in config.figure for f in t.settings.fits)]:
+        # a comparison names its fits by its settings
+        if fit_name not in made and not config.compare:
+            raise ConfigError(f"[{name}] fit: '{fit_name}' is no fit of this file; it makes {', '.join(sorted(made))}")
 
 
 def _with_the_fits(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:

@@ -55,6 +55,22 @@ class WrittenFigure:
     outdated: dict[str, str] = field(default_factory=dict)
 
 
+def check(kind: str, settings: Settings) -> float:
+    """Return the width of a figure in inches.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such kind, width or format.
+    """
+    if kind not in FIGURE_KINDS:
+        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(FIGURE_KINDS)}{near(kind, FIGURE_KINDS)}")
+    wrong = [f for f in settings.formats if f not in FIGURE_FORMATS]
+    if wrong or not settings.formats:
+        raise ConfigError(f"--format takes {', '.join(FIGURE_FORMATS)}, not '{', '.join(wrong)}'")
+    return width_of(settings.width)
+
+
 def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = None) -> WrittenFigure:
     """Draw one figure of the fits of a workspace and write it in every format asked for.
 
@@ -76,12 +92,7 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     DataError
         If there is nothing to draw.
     """
-    if kind not in FIGURE_KINDS:
-        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(FIGURE_KINDS)}{near(kind, FIGURE_KINDS)}")
-    wrong = [f for f in settings.formats if f not in FIGURE_FORMATS]
-    if wrong or not settings.formats:
-        raise ConfigError(f"--format takes {', '.join(FIGURE_FORMATS)}, not '{', '.join(wrong)}'")
-    width = width_of(settings.width)
+    width = check(kind, settings)
     source = read_source(workspace, settings.fits)
     drawn = [FitSeries(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]
     everything = list(dict.fromkeys(s.condition for d in drawn for s in d.series))

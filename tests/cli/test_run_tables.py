@@ -6,7 +6,9 @@ from typing import Any, cast
 
 import pytest
 
+from mrfit.cli import pipeline
 from mrfit.cli.config import read_pipeline
+from mrfit.core.progress import silent
 from mrfit.errors import ConfigError, DataError
 from mrfit.export import c, stage
 from tests.conftest import Run
@@ -79,6 +81,29 @@ def test_a_wrong_table_is_refused_before_anything_is_done(table: str, message: s
         read_pipeline(tmp_path / "p.toml")
 
 
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ('[compare]\nmodels = ["tahn"]', "unknown model 'tahn'"),
+        ('[compare]\nmodel = "tanh"\noptimizers = ["psso"]', "unknown optimizer 'psso'"),
+        ('[figure]\nkind = "loops"\nwidth = "9m"', "--width takes"),
+        ('[figure]\nkind = "loops"\nfits = ["x"]', "figure.* 'x' is no fit of this file; it makes tanh.auto"),
+        ('[export]\nfit = "tanh.auto"\nto = ["cc"]', "--to cc: no such format"),
+        ('[export]\nfit = "x"\nto = ["c"]', "export.* 'x' is no fit of this file"),
+        ('[predict]\nfit = "tanh.auto"\nlogs = ["none/*.csv"]', "predict.*matches nothing"),
+    ],
+)
+def test_the_last_table_is_checked_before_the_first_stage(
+    table: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "p.toml").write_text(f'[ingest]\nlogs = ["*.csv"]\n[[fit]]\nmodel = "tanh"\n{table}\n')
+    (tmp_path / "a.csv").write_text("time (s),current (A)\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=message):
+        pipeline.run(read_pipeline(tmp_path / "p.toml"), tmp_path, pipeline.Overrides(), silent)
+    assert not (tmp_path / "mrfit-work").exists()
+
+
 def test_one_table_and_several_are_the_same(tmp_path: Path) -> None:
     for brackets in ("[figure]", "[[figure]]"):
         (tmp_path / "p.toml").write_text(
@@ -98,7 +123,6 @@ def test_a_format_that_fails_does_not_take_the_others(
     tmp_path: Path, mrfit: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mrfit.cli import export
-    from mrfit.core.progress import silent
     from mrfit.settings.export import Settings
 
     logs(tmp_path)
