@@ -277,7 +277,7 @@ def check(settings: Settings) -> None:
     strategies.find(settings.optimizer, settings.options).check(settings.model, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
     forms.check(settings)
-    check_name(settings.fit_name)
+    check_name(settings.fit_name, "--name" if settings.name else "")
     # which nodes of current there are is known with the data only
     plain_names = replace(
         settings,
@@ -300,7 +300,9 @@ def _held_outside_warnings(assembly: Assembly, settings: Settings) -> list[Cauti
         value = fixed[param.name]
         if not param.low <= value <= param.high:
             bounds = f"{param.low:g} to {param.high:g} {param.unit}".rstrip()
-            text = f"{param.name} is held at {value:g}, outside its bounds of {bounds}; check its unit"
+            text = f"{param.name} is held at {value:g}, outside its bounds of {bounds}"
+            # 0 is 0 in every unit
+            text += "; check its unit" if value else ""
             found.append(Caution(kind="held-outside", text=text))
     return found
 
