@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Summary = dict[str, Any]
 PRINTED_METRICS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
 NUMBER = re.compile(r"[-+]?\d[\d.,e+-]*")
+# Coefficients of which name and unit do not say enough: all but those of plain powers of the current
+OTHER_COEFFICIENT = re.compile(r"coefficient of (?!i\^\d of [\w.]+$)")
 # Characters for the columns of a table beside its first
 ROOM = 110
 # What stands behind a column's name: y for the unit of the output
@@ -152,6 +154,7 @@ def fit(summary: Summary, work: Path) -> None:
         rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
         columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
         print_table(f"Parameters, {result['condition']}", columns, rows)
+        say_each(f"{q['name']}: {q['text']}" for q in result["derived"] if OTHER_COEFFICIENT.match(q["text"]))
         say_each(result.get("identifiability", []))
         for stage in result.get("stages", []):
             error = f", RMS error {stage['cost']:.4g}" if "cost" in stage else ""
@@ -230,7 +233,9 @@ def compare_models(summary: Summary, work: Path) -> None:
         models = [m for m in summary["models"] if m["output"] == output]
         shares = [{**m, **{n: _of_hundred(m.get(n)) for n in names if n.endswith("_nrmse")}} for m in models]
         rows = [[called[m["fit"]], *numbers(m, names), summary["seconds"].get(m["fit"])] for m in shares]
-        print_table(f"Models of {output} in {work}, best on held-out data first", columns, rows)
+        held = any(m.get("holdout_nrmse") is not None for m in models)
+        order = f"by {'hold-out' if held else 'train'} NRMSE, those judged on fewer samples last"
+        print_table(f"Models of {output} in {work}, {order}", columns, rows)
         shown = {m["fit"] for m in models}
         own = [m for m in summary["metrics"] if m["fit"] in shown]
         for role in dict.fromkeys(m["role"] for m in own):

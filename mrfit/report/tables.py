@@ -111,8 +111,13 @@ def _meaning(q: Quantity) -> Cell:
     """Return the meaning of a parameter, without the current at which it is given."""
     if node_of(q.name) is not None:
         return words(q.text.rpartition(" at ")[0])
-    power = re.match(r"coefficient of i\^(\d)", q.text)
-    return Cell(f"coefficient of $i^{power[1]}$", "coefficient of i1") if power else words(q.text)
+    if power := re.match(r"coefficient of i\^(\d)", q.text):
+        return Cell(f"coefficient of $i^{power[1]}$", "coefficient of i1")
+    if power := re.match(r"coefficient of \(([\d.e+-]+) A\*tanh\(i/.*\)\)\^(\d)", q.text):
+        # of a current that saturates
+        knee = rf"{power[1]}\,\mathrm{{A}}"
+        return Cell(rf"coefficient of $({knee}\tanh(i/{knee}))^{power[2]}$", "coefficient of (1.2 A tanh(i/1.2 A))1")
+    return words(q.text)
 
 
 def _levels(results: Sequence[Result]) -> list[float]:

@@ -7,8 +7,12 @@ import pytest
 
 from mrfit.cli import output
 from mrfit.cli.console import print_table
+from mrfit.core import registry
 from mrfit.errors import ConfigError
 from mrfit.ingest.stage import Settings, preview
+from mrfit.io.schemas.fit import Quantity
+from mrfit.report.tables import _meaning
+from mrfit.simulate.current_dependence import CurrentDependence, Order, expanded
 from tests.ingest.samples import WRITERS
 
 
@@ -154,3 +158,18 @@ def test_a_fault_of_many_logs_is_told_once(capsys: pytest.CaptureFixture[str]) -
 def test_what_is_no_item_leads_to_the_command_that_shows_it(name: str, told: str) -> None:
     with pytest.raises(ConfigError, match=told.replace("+", r"\+")):
         output.item(name)
+
+
+@pytest.mark.parametrize(
+    ("order", "told"), [(2, 0), ("plain2", 0), ("sat2", 3), ("log1", 2), ("1:0.5:1", 4), ("1/0.5/1", 4)]
+)
+def test_coefficients_are_explained_unless_they_are_of_plain_powers_of_the_current(order: Order, told: int) -> None:
+    spec = expanded(registry.load("model", "tanh").SPEC, CurrentDependence((("fy", order),), 0.0, 2.0))
+    assert sum(bool(output.OTHER_COEFFICIENT.match(q.text)) for q in spec.derived) == told
+
+
+def test_a_law_of_a_current_that_saturates_is_a_formula_in_latex() -> None:
+    spec = expanded(registry.load("model", "tanh").SPEC, CurrentDependence((("fy", "sat2"),), 0.0, 2.0))
+    one = spec.derived[2]
+    meaning = _meaning(Quantity(name=one.name, value=1.0, unit=one.unit, text=one.text))
+    assert meaning.latex == r"coefficient of $(1\,\mathrm{A}\tanh(i/1\,\mathrm{A}))^2$"
