@@ -54,5 +54,6 @@ def show(summary: "BatchFile") -> None:
         f"{number_of('log', summary.logs)}: {summary.logs - failed} fitted, {failed} failed "
         f"({summary.done} processed now, {summary.unchanged} unchanged, "
         f"{summary.logs - summary.done - summary.unchanged} refused unread); "
-        f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}; table {summary.table}, page {summary.page}"
+        f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}; "
+        f"table {summary.table}, page {summary.page}"
     )

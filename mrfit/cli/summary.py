@@ -70,7 +70,8 @@ def compare_models(summary: Summary) -> str:
     for row in summary["models"]:
         best.setdefault(row["output"], row)
     found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'))}" for output, m in best.items())
-    return f"Best of {number_of('model', len(summary['models']))}: {'; '.join(found)}"
+    left_out = f", {len(summary['left_out'])} left out" if summary.get("left_out") else ""
+    return f"Best of {number_of('model', len(summary['models']))}{left_out}: {'; '.join(found)}"
 
 
 def compare_optimizers(summary: Summary) -> str:

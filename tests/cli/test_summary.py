@@ -78,6 +78,8 @@ def test_a_prediction_without_a_measured_output_has_nothing_to_compare_with() ->
 def test_the_best_model_of_every_output_is_its_first() -> None:
     rows = [{"model": "tanh", "output": "force", "holdout_nrmse": 0.02}, {"model": "dahl", "output": "force"}]
     assert summary.compare_models({"models": rows}) == "Best of 2 models: tanh for force, NRMSE 2 % held out"
+    some = summary.compare_models({"models": rows, "left_out": [{"model": "boucwen-flux", "reason": "no flux"}]})
+    assert some == "Best of 2 models, 1 left out: tanh for force, NRMSE 2 % held out"
     rows = [{"model": "b", "output": "flux", "holdout_nrmse": float("nan")}, *rows]
     assert summary.compare_models({"models": rows}).startswith("Best of 3 models: b for flux; tanh for force, NRMSE")
 
