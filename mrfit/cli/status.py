@@ -15,7 +15,7 @@ from mrfit.io.outdated import Inputs, flux_reason, other_code, segment_reason
 from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import About, ReportFile
 from mrfit.io.workspace import Workspace
-from mrfit.report.key import report_key
+from mrfit.report.key import prediction_files, report_key
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.compare import ModelErrors
@@ -262,4 +262,7 @@ def _old(workspace: Workspace, report: ReportFile, inputs: Inputs) -> str:
         return ""
     if report.code and report.key == report_key(workspace, names, outdated, report.code):
         return other_code(report.code, "")
-    return "the fits it shows, or the recordings, flux linkage or segments, have changed since"
+    made = (workspace.report_folder / "report.json").stat().st_mtime
+    if newer := sorted({p.stem for p in prediction_files(workspace) if p.stat().st_mtime > made}):
+        return f"predictions were saved since: {few(newer, FITS_SHOWN)}"
+    return "the fits or predictions it shows, or the recordings, flux linkage or segments, have changed since"

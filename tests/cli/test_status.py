@@ -209,6 +209,15 @@ def test_a_fit_made_anew_makes_the_comparison_and_the_report_out_of_date(study: 
     assert set(found) == {"models compared", "report"}
 
 
+def test_a_prediction_saved_later_is_the_reason_why_a_report_is_out_of_date(study: Path) -> None:
+    made = study / "w" / "report" / "report.json"
+    (study / "w" / "predict").mkdir(exist_ok=True)
+    later = study / "w" / "predict" / "other.json"
+    later.write_text("{}")
+    os.utime(later, (made.stat().st_mtime + 10.0,) * 2)
+    assert reasons(study) == {"report": "predictions were saved since: other"}
+
+
 def test_a_damaged_file_is_a_reason_and_the_rest_is_told(study: Path) -> None:
     (study / "w" / "fits" / NAME / "fit.json").write_text("{")
     (study / "w" / "compare" / "optimizers.json").write_text('{"rows": 3}')
