@@ -54,12 +54,7 @@ None means something else in another of them or in English.
 CHANNELS: dict[str, Channel] = {
     name: Channel(name, unit, symbol, (*aliases, *filter(None, ABROAD.get(name, "").split(", "))))
     for name, unit, symbol, aliases in (
-        (
-            "displacement",
-            "m",
-            "x",
-            ("x", "d", "disp", "displ", "stroke", "position", "pos", "crosshead", "displacment"),
-        ),
+        ("displacement", "m", "x", ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment")),
         ("velocity", "m/s", "v", ("v_piston", "vel", "speed", "piston velocity")),
         ("acceleration", "m/s^2", "a", ("acc", "accel")),
         ("force", "N", "F", ("f", "load", "axial force")),

@@ -111,7 +111,7 @@ def build(table: Table, origin: LogOrigin) -> list[Recording]:
         If channels, units or times cannot be made out.
     """
     _check_first_row(table, origin)
-    table = without_statistics(table)
+    table = _oldest_first(without_statistics(table))
     columns, marked = without_marks(table.columns)
     table = counting_samples(_factored(replace(table, columns=tuple(columns)), origin.rules))
     table = _split_at_headers(on_one_clock(table, origin.rules, origin.path))
@@ -128,6 +128,14 @@ def build(table: Table, origin: LogOrigin) -> list[Recording]:
     base = _base(rows, times, table, origin)
     findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
+
+
+def _oldest_first(table: Table) -> Table:
+    """Return a table from its last row to its first where its times fall from row to row."""
+    if table.time is None or not series.in_memory(table.time.values) or not np.all(np.diff(table.time.values) < 0.0):
+        return table
+    turned = replace(table.cut(lambda values: values[::-1], table.refused), lines=table.lines)
+    return turned.finding("newest-first", "its rows stand newest first: they are read from the last one on")
 
 
 def _named(table: Table, origin: LogOrigin) -> tuple[list[Signal], list[Finding]]:

@@ -90,6 +90,8 @@ def _at_rail(height: Array) -> int | None:
     """Return the sample at which a channel meets its rail first; ``height`` is 1 there; None if it has none."""
     speed = np.abs(height[3:] - height[:-3]) / 3.0
     usual = float(np.percentile(speed, 95.0))
+    if not usual:
+        return None
     for width in RAIL_WIDTHS:
         inside = away_from_the_ends(height > 1.0 - width)
         beside = max(np.count_nonzero(np.abs(height - 1.0 + (k + 0.5) * width) < 0.5 * width) for k in (1, 2, 3))

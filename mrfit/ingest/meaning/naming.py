@@ -29,12 +29,15 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled "
     "preload setp sp nominal noise friction residual residuum ripple leakage "
     "lateral radial transverse transversal gap spalt luftspalt clearance thickness wear seitlich seitenkraft "
-    "querkraft".split()
+    "querkraft latéral lateralkraft spring clamp clamping grip inertia vorspannkraft vorspannung spool diameter length "
+    "level".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 OF_SENSORS = frozenset(
     "sensor transducer transmitter loop lvdt cell loadcell gauge gage probe pickup encoder aufnehmer pressure "
-    "druck flow strain humidity valve servo".split()
+    "druck flow strain humidity valve ventil ventilstrom servo trigger sync thermocouple thermoelement bridge brücke "
+    "excitation supply battery batterie dac steuerspannung motor motorstrom moteur pump pumpe heater heizung fan "
+    "compressor relay".split()
 )
 """Words of columns whose amperes and volts are no coil's."""
 OF_CONTAINERS = frozenset("signals signal values value data out1".split())
@@ -343,7 +346,7 @@ def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) 
             continue
         if not units.known(column.unit) or units.compatible(column.unit, "V") or units.compatible(column.unit, "1"):
             continue
-        if units.spelled(column.unit) == "mA":
+        if units.spelled(column.unit) == "mA" or units.compatible(column.unit, "rad/s"):
             continue
         if not any(units.compatible(column.unit, unit_of(w)) for w in words):
             raise Refusal(

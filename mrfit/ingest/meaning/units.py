@@ -64,16 +64,8 @@ UNIT_SIGNS = str.maketrans(
 CASE_SENSITIVE = {
     **{"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"},
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
-    **{
-        "Adc": "A",
-        "Vdc": "V",
-        "MM": "mm",
-        "CM": "cm",
-        "KN": "kN",
-        "KV": "kV",
-        "Kg": "kg",
-        "mv": "mV",
-    },  # no unit, or absurd, as written
+    **{"Adc": "A", "Vdc": "V"},
+    **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
 }
 WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}
 """Units of mass that test machines print for forces."""

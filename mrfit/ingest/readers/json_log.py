@@ -92,6 +92,7 @@ def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
     """Yield the runs in a value of the file, with what was said of them further out."""
     if depth > DEEPEST_OBJECT:
         return
+    content = _by_name(content)
     if isinstance(content, list):
         if found := _records(content):
             yield _RunArrays(found, around.units, around.dt, around.condition)
@@ -109,6 +110,16 @@ def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
         return
     for inner in content.values():
         yield from _runs(inner, about, depth + 1)
+
+
+def _by_name(content: Any) -> Any:
+    """Return a list of channels, each an object with its name and a list of numbers, as an object of channels."""
+    if not isinstance(content, list) or not all(isinstance(one, dict) for one in content):
+        return content
+    named = {
+        one["name"]: one for one in content if isinstance(one.get("name"), str) and not one.keys().isdisjoint(VALUES)
+    }
+    return named if content and len(named) == len(content) else content
 
 
 def _columns(content: Mapping[str, Any]) -> dict[str, Array]:

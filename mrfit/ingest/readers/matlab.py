@@ -206,8 +206,7 @@ def _take(found: _FileArrays, name: str, value: Any, depth: int) -> None:
             found.arrays.add(name, value)
         elif depth and value.size <= WIDEST_MATRIX:  # a cell array, or a struct array such as Simulink's signals
             for k, item in enumerate(value.ravel()):
-                label = getattr(item, "label", "")
-                _take(found, f"{name}.{label}" if isinstance(label, str) and label else f"{name}[{k}]", item, depth - 1)
+                _take(found, f"{name}{_label(item) or f'[{k}]'}", item, depth - 1)
         return
     if depth == 0:
         return
@@ -215,4 +214,11 @@ def _take(found: _FileArrays, name: str, value: Any, depth: int) -> None:
         found.captures += captures_of(value, found.arrays)
         return
     for field in fields:
-        _take(found, f"{name}.{field}", getattr(value, field), depth - 1)
+        item = getattr(value, field)
+        _take(found, f"{name}.{field}{_label(item)}", item, depth - 1)
+
+
+def _label(item: Any) -> str:
+    """Return the label that Simulink gives a signal, as a part of a path; empty without one."""
+    label = getattr(item, "label", "")
+    return f".{label}" if isinstance(label, str) and label else ""

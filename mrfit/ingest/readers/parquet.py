@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.counting import few
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array, ReaderSpec
 from mrfit.ingest.containers.arrays import check_times
@@ -130,9 +131,13 @@ def _parts(source: Source, size: int) -> Iterator[tuple[list[Column], int, dict[
         rows = max(1, size // (8 * max(1, len(names))))
         # a name may stand twice, and the second be a column of texts
         places = [k for k, f in enumerate(file.schema_arrow) if f.name in names]
+        others = [f"'{f.name}'" for f in file.schema_arrow if f.name not in names]
+        said = [Finding("no-channel", "", None, f"{few(others, 5)}: no numbers, and no channel")] if others else []
         for group in range(file.num_row_groups):  # asked for all, pyarrow opens all at once, each with its buffers
             for batch in file.iter_batches(rows, [group], names, use_threads=False):
-                yield _content(pa.Table.from_batches([batch]), places, source)
+                columns, length, about = _content(pa.Table.from_batches([batch]), places, source)
+                about["findings"] += said
+                yield columns, length, about
 
 
 def _is_number(kind: Any) -> bool:

@@ -45,18 +45,8 @@ TIME_NAMES = {
 }
 DATE_NAMES = {
     *("date", "datetime", "date time", "date_time", "date/time", "datum", "zeitstempel", "uhrzeit", "clock", "utc"),
-    *(
-        "epoch",
-        "epoch time",
-        "unix",
-        "unix time",
-        "unix_time",
-        "unixtime",
-        "unix timestamp",
-        "posix",
-        "datenum",
-        "absolute time",
-    ),
+    *("epoch", "epoch time", "unix", "unix time", "unix_time", "unixtime", "unix timestamp", "posix", "datenum"),
+    *("absolute time",),
 }
 """Names of columns that hold times where no other column does."""
 UNIT_FOLLOWS = r"^(?:in|units?:?|einheit:?) +"
@@ -427,7 +417,7 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
 def _unit_among_words(name: str, bracketed: str) -> tuple[str, str]:
     """Return name and unit of ``Force (in kN)``, ``Force (unit: kN)`` and ``Force (kN, tension positive)``."""
     unit, comma, more = re.sub(UNIT_FOLLOWS, "", bracketed, flags=re.IGNORECASE).partition(",")
-    if unit == bracketed or not units.known(unit) or comma and units.known(more):
+    if unit == bracketed or not units.known(unit) or comma and (units.known(more) or re.search(r"[\d=]", more)):
         return name, bracketed
     return (f"{name} {more.strip()}" if comma else name), unit
 

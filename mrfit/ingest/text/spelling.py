@@ -24,6 +24,10 @@ SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
 LARGE_NUMBER = re.compile(r"(?<![\w.,])[1-9]\d{0,2}[ '\u2019\u00a0\u202f\u2009.,]\d{3}(?!\d)")
 """A number of which a mark may part the thousands."""
+NEGATIVE = re.compile(
+    r'(?m:^|(?<=[,;\t|"]))( *)(?:\((\d+[.,]\d+|\d\d+)\)|(\d+(?:[.,]\d+)?)-)(?m:(?= *(?:[,;\t|"\r]|$)))'
+)
+"""A negative number as accountants write it: in brackets, or with its sign behind."""
 QUOTED_DECIMAL = re.compile(r'(?m:^|(?<=,))"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"(?m:(?=[,\r]|$))')
 """A number in quotation marks, with a decimal comma, between fields that commas part."""
 SPELLING_LINES, REFUTING_LINES = 400, 20
@@ -65,6 +69,8 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
         changes.append(lambda text: MINUS.sub("-", text))
     if FORTRAN_MARK.search(together) and FORTRAN.search(together):
         changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
+    if NEGATIVE.search(together):
+        changes.append(lambda text: NEGATIVE.sub(r"\1-\2\3", text))
     changes += written_times(together)
     for thousands in _thousands(sample):
         changes.append(thousands.without)
