@@ -247,3 +247,10 @@ def test_times_that_go_up_by_one_count_the_samples_where_a_rate_is_stated(
     (record,) = read_log(f"Sample rate (Hz): 500\nTime,Force (N)\n{rows}")
     assert record.dt == dt
     assert ("rate-differs" in {f.kind for f in record.findings}) == (step != 1)
+
+
+def test_rows_that_stand_newest_first_are_turned_round(read_log: ReadLog) -> None:
+    rows = [f"{0.002 * k:.3f},{1e3 * np.sin(0.05 * k):.2f}\n" for k in range(300)]
+    (plain,), (turned,) = (read_log("time (s),force (N)\n" + "".join(r)) for r in (rows, rows[::-1]))
+    np.testing.assert_array_equal(turned.channels["force"], plain.channels["force"])
+    assert (turned.dt, [f.kind for f in turned.findings]) == (2e-3, ["newest-first"])

@@ -40,6 +40,8 @@ OF_SENSORS = frozenset(
     "compressor relay".split()
 )
 """Words of columns whose amperes and volts are no coil's."""
+OF_INPUTS = frozenset("channel chan analog input kanal eingang signal column data dev mod probe trace".split())
+"""Words by which a recorder calls its inputs."""
 OF_CONTAINERS = frozenset("signals signal values value data out1".split())
 """Parts of a path that name no quantity, but what programs keep one in."""
 SIZE_SAMPLES = 20000
@@ -264,6 +266,12 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                 findings.append(Finding("unit-assumed", name, None, text))
     if by_unit:
         _voltage_beside_current(columns, claims, taken)
+        claimed = [(c, claims[id(c)]) for c in columns if id(c) in claims and _has_another_name(c)]
+        if claimed:
+            shown = ", ".join(f"'{c.name}' as the {name}" for c, name in claimed)
+            findings.append(
+                Finding("named-by-unit", "", None, f"{shown}, by the unit alone; a channel map can say another")
+            )
         for column in filter(_is_not_measured, columns):
             if meant := [n for s, n in _candidates(column) if s > 1 and n not in claims.values()]:
                 what = f"'{column.name}' is called what was asked for, a limit, an error, or a part of another quantity"
@@ -325,6 +333,12 @@ def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken
     volts = [c for c in columns if c.unit is not None and id(c) not in claims and units.compatible(c.unit, "V")]
     if len(volts) == 1 and not aliases_of(volts[0].name) and not _is_no_coils(volts[0]):
         claims[id(volts[0])] = "voltage"
+
+
+def _has_another_name(column: Column) -> bool:
+    """Whether a column is called by words, of which none is that of a channel or of an input of a recorder."""
+    words = {w for w in _words(column) if len(w) > 2} - OF_INPUTS
+    return bool(words) and not _spoken(column, list(CHANNELS)) and not aliases_of(column.name)
 
 
 def _own_name(column: Column, taken: set[str]) -> str:

@@ -142,6 +142,7 @@ def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
         ([("Current ripple", "A"), ("Force residual", "N")], ["current_ripple", "force_residual"]),
         ([("Side force", "N"), ("Lateral displacement", "mm")], ["side_force", "lateral_displacement"]),
         ([("Gap", "mm"), ("Querkraft", "N")], ["gap", "querkraft"]),
+        ([("Spring force", "N"), ("Spool position", "mm")], ["spring_force", "spool_position"]),
         # of two channels in one unit only the first may be meant by a unit alone
         ([("F", "N"), ("F_filt", "N")], ["force", "f_filt"]),
         ([("F", "N"), ("Excitation force", "N")], ["force", "excitation_force"]),
@@ -186,6 +187,8 @@ def test_a_demand_alone_is_said() -> None:
         ([("Loop current", "mA"), ("Coil current", "mA")], ["loop_current", "current"]),
         ([("LVDT", "V"), ("Current", "A")], ["lvdt", "current"]),
         ([("AI3", "mA")], ["current"]),  # from 0 to 3 mA
+        ([("Motor current", "A"), ("Trigger", "V")], ["motor_current", "trigger"]),
+        ([("Current", "A"), ("Battery", "V")], ["current", "battery"]),
         ([("Load current", "mA")], ["current"]),
     ],
 )
@@ -299,3 +302,18 @@ def test_a_base_acceleration_without_a_unit_is_refused_and_one_in_g_is_read() ->
     in_g = Rules(channels={"base_acceleration": ChannelRule(column="acc", unit="g")})
     (signal,), _ = name_signals(_columns(("acc", None)), in_g, "log.csv")
     assert np.asarray(signal.values[0:4]) == pytest.approx(9.80665 * np.arange(4.0))
+
+
+def test_a_channel_that_another_word_names_is_said_to_be_known_by_its_unit() -> None:
+    signals, findings = name_signals(
+        _columns(("Plunger", "mm"), ("Force", "N"), ("AI 3", "A"), ("Drive", "V")), Rules(), "log.csv"
+    )
+    assert [s.name for s in signals] == ["displacement", "force", "current", "voltage"]
+    (said,) = (f.text for f in findings if f.kind == "named-by-unit")
+    assert said.startswith("'Plunger' as the displacement, 'Drive' as the voltage, by the unit alone")
+
+
+def test_a_speed_of_a_motor_is_no_velocity_and_refuses_nothing() -> None:
+    columns = _columns(("Speed", "rpm"), ("Force", "N"))
+    check_wrong_dimension(columns, Rules(), "log.csv")
+    assert [s.name for s in name_signals(columns, Rules(), "log.csv")[0]] == ["speed", "force"]

@@ -35,6 +35,10 @@ FORMS: dict[str, Callable[[], Any]] = {
         "dt": 0.002,
         "channels": {n: {"unit": UNITS[n], "values": values} for n, values in NAMED.items()},
     },
+    "list of channels": lambda: {
+        "dt": 0.002,
+        "channels": [{"name": n, "unit": UNITS[n], "data": values} for n, values in NAMED.items()],
+    },
     "records": lambda: [{"t": r["t"], "force (N)": r["force"], "x (mm)": r["x"]} for r in RECORDS],
     "split": lambda: {"columns": ["t", "force", "x"], "data": SPLIT, "units": UNITS},
     "columns of pandas": lambda: {

@@ -45,6 +45,17 @@ def test_units_in_a_struct_of_their_own(word: str, read_log: ReadLog) -> None:
     np.testing.assert_allclose(record.channels["current"], 1e-3 * two)
 
 
+def test_structures_with_time_one_for_each_signal(read_log: ReadLog) -> None:
+    time, one, two = signals()
+    kept = {
+        name: {"time": time, "signals": {"values": values, "label": label}}
+        for name, values, label in (("out1", one, "Stroke (mm)"), ("out2", two, "Force (kN)"))
+    }
+    (record,) = read_log(_mat(kept), "run.mat")
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * one)
+    np.testing.assert_allclose(record.channels["force"], 1e3 * two)
+
+
 def test_a_structure_with_time_of_simulink(read_log: ReadLog) -> None:
     time, one, two = signals()
     kept = {"time": time, "signals": _struct_array(label=["Force (kN)", "Current (A)"], values=[one, two])}

@@ -121,3 +121,13 @@ def test_exponents_of_fortran(form: str, letter: str, delimiter: str, read_log: 
     (record,) = read_log(f"time_s{delimiter}force_N\n{rows}")
     assert (record.rows_kept, record.rows_refused) == (1500, 0)
     np.testing.assert_allclose(record.channels["force"], FORCE, rtol=1e-3)
+
+
+@pytest.mark.parametrize("negative", ["({})", "{}-"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_negatives_as_accountants_write_them(negative: str, delimiter: str, read_log: ReadLog) -> None:
+    texts = [negative.format(f"{-f:.2f}") if f < 0.0 else f"{f:.2f}" for f in FORCE]
+    rows = (delimiter.join([f"{t:.0f}", f]) for t, f in zip(TIME, texts, strict=True))
+    (record,) = read_log("\n".join([f"Time (ms){delimiter}Force (N)", *rows, ""]))
+    np.testing.assert_allclose(record.channels["force"], FORCE, atol=0.006)
+    assert record.rows_refused == 0
