@@ -53,7 +53,7 @@ def _standing(record: Recording) -> Iterator[Finding]:
 
 
 def _held(values: Array) -> int:
-    """Return over how many rows each value of a channel is held; 1 where it is not held in step."""
+    """Return the rows for which each value of a channel is held; 1 where it is not held in step."""
     changes = np.flatnonzero(np.diff(values)) + 1
     if len(changes) < FEWEST_VALUES:
         return 1

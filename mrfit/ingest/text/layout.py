@@ -51,6 +51,8 @@ DATE_NAMES = {
 """Names of columns that hold times where no other column does."""
 UNIT_FOLLOWS = r"^(?:in|units?:?|einheit:?) +"
 """What may stand before a unit in brackets."""
+RUN_NUMBER = re.compile(r"run *#?\d+", re.IGNORECASE)
+"""What may follow a name and its unit."""
 COUNTED_TIMES = {"millis": "ms", "micros": "us"}
 """Names of clocks in the programs of microcontrollers, which count them in these units."""
 MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<–-]+"
@@ -443,7 +445,7 @@ def _one_unit(first: str | None, second: str | None) -> str | None:
 def _parted(text: str) -> tuple[str, str] | None:
     """Return a known name and its unit, parted by a mark or with the unit in brackets amid the name."""
     if match := re.fullmatch(r"(.*?)[\s_]*[\[({<]([^\[\](){}<>]+)[\])}>][\s_]*(.*)", text):
-        cut = [(name, match[2].strip()) for name in (match[1].strip(), f"{match[1]} {match[3]}".strip())]
+        cut = [(f"{match[1]} {RUN_NUMBER.sub('', match[3])}".strip(), match[2].strip())]
     else:
         cut = [(text[: m.start()].rstrip("/ "), text[m.end() :]) for m in re.finditer(MARKS_BEFORE_A_UNIT, text)]
     for whole, unit in reversed(cut):

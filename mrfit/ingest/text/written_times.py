@@ -13,7 +13,7 @@ BEGIN, END = r'(?m:^|(?<=[,;\t|"]))[ ]*', r'(?m:(?=[ ]*(?:[,;\t|"\r]|$)))'
 """Where a field begins and ends."""
 DAY_NAME = r"(?i:mon|tue|wed|thu|fri|sat|sun|mo|di|mi|do|fr|sa|so)[a-z]*\.?,? +"
 CLOCK_TEXT = r"(\d{1,2}:[0-5]\d:[0-5]\d(?:[.,]\d+)?(?: ?[AaPp]\.?[Mm]\.?)?)"
-SECONDS = r"([0-5]\d(?:[.,]\d+)?)"
+SECONDS_TEXT = r"([0-5]\d(?:[.,]\d+)?)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +33,13 @@ def _form(form: str, mark: str, plain: str) -> WrittenTime:
     return WrittenTime(re.compile(f"{BEGIN}{form}{END}"), mark, plain)
 
 
-FORMS = (
-    _form(rf"(\d{{4}})(\d\d)(\d\d)[T_ ](\d\d):?(\d\d):?{SECONDS}(Z?)", "20", r"\1-\2-\3T\4:\5:\6\7"),
+TIME_FORMS = (
+    _form(rf"(\d{{4}})(\d\d)(\d\d)[T_ ](\d\d):?(\d\d):?{SECONDS_TEXT}(Z?)", "20", r"\1-\2-\3T\4:\5:\6\7"),
     _form(rf"(?:{DAY_NAME})?({MONTH})\.? +(\d\d?) +{CLOCK_TEXT} +(\d{{4}})", ":", r"\2-\1-\4 \3"),
     _form(rf"(?:{DAY_NAME})?({MONTH})\.? +(\d\d?),? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\2-\1-\3 \4"),
     _form(rf"(?:{DAY_NAME})?(\d\d?)\.? +({MONTH})\.?,? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\1-\2-\3 \4"),
-    _form(rf"(\d{{4}})年(\d\d?)月(\d\d?)日 ?(\d\d?)[时時点](\d\d?)分{SECONDS}秒", "年", r"\1/\2/\3 \4:\5:\6"),
-    _form(rf"(\d\d?) ?h ?(\d\d?) ?m(?:in)? ?{SECONDS} ?s", "h", r"\1:\2:\3"),
+    _form(rf"(\d{{4}})年(\d\d?)月(\d\d?)日 ?(\d\d?)[时時点](\d\d?)分{SECONDS_TEXT}秒", "年", r"\1/\2/\3 \4:\5:\6"),
+    _form(rf"(\d\d?) ?h ?(\d\d?) ?m(?:in)? ?{SECONDS_TEXT} ?s", "h", r"\1:\2:\3"),
     _form(rf"\d+ days? {CLOCK_TEXT}", "day", r"\1"),
     _form(rf"(?:\d{{4}}-)?[0-3]\d\d[T:/ ]{CLOCK_TEXT}", ":", r"\1"),
     _form(r"([0-5]?\d:[0-5]\d[.,]\d+)", ":", r"00:\1"),
@@ -50,6 +50,6 @@ FORMS = (
 
 def written_times(sample: str) -> Iterator[Callable[[str], str]]:
     """Yield how to rewrite the times of a log, of which some lines are seen."""
-    for form in FORMS:
+    for form in TIME_FORMS:
         if form.mark in sample and form.form.search(sample):
             yield form.rewritten

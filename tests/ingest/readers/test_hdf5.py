@@ -33,8 +33,8 @@ def test_a_table_of_named_columns(read_log: ReadLog) -> None:
         file["rig/log"] = table
     (record,) = read_log(buffer.getvalue(), "run.h5")
     assert record.dt == pytest.approx(1e-3)
-    assert list(record.channels) == ["rig.log.force", "rig.log.current"]
-    np.testing.assert_allclose(record.channels["rig.log.current"], two)
+    assert list(record.channels) == ["force", "current"]
+    np.testing.assert_allclose(record.channels["current"], two)
 
 
 @pytest.mark.parametrize("data", [hdf5().data[:1500], hdf5().data[:8] + b"\0" * 2000])
