@@ -38,7 +38,7 @@ def fault_findings(record: Recording) -> list[Finding]:
 
 
 def _standing(record: Recording) -> Iterator[Finding]:
-    """Yield where all channels stand exactly still at an end of the record, which they do nowhere else."""
+    """Yield findings on an end of the record over which all channels stand exactly still, as they do nowhere else."""
     moving = [np.diff(values) != 0.0 for values in record.channels.values() if np.ptp(values)]
     if len(moving) < 2:
         return

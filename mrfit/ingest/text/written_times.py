@@ -49,7 +49,7 @@ TIME_FORMS = (
 
 
 def written_times(sample: str) -> Iterator[Callable[[str], str]]:
-    """Yield how to rewrite the times of a log, of which some lines are seen."""
+    """Yield functions that rewrite the times of a log, of which some lines are seen."""
     for form in TIME_FORMS:
         if form.mark in sample and form.form.search(sample):
             yield form.rewritten
