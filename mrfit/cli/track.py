@@ -46,10 +46,11 @@ def track_parameters(
 
 
 def _show(made: "TracksFile") -> None:
+    from mrfit.track.call import table_name
     from mrfit.track.page import HEADS, rows_of
 
     console.print_table(f"Parameters of {made.fit} along logs", ("log", *HEADS), rows_of(made))
     page = Path(made.page)
-    tables = [f"{page.stem}-{log.recording}.parquet" for log in made.logs]
+    tables = [table_name(page.stem, log.recording) for log in made.logs]
     console.say(f"Tables beside the page: {few(tables, TABLES_SHOWN)}")
     console.say(f"Page: {page}")

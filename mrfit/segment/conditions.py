@@ -250,9 +250,8 @@ def left_of_blocks(segment: Segment, cycles: int) -> tuple[int, str]:
     whole = f"{segment.recording}: of {number_of('cycle', segment.cycles)}"
     if count < 2:
         return 0, f"{whole} no two blocks of {cycles} can be cut: the stretch stays whole"
-    return round(
-        segment.samples * rest / segment.cycles
-    ), f"{whole} the last {rest} fill no block of {cycles}: left out"
+    samples = round(segment.samples * rest / segment.cycles)
+    return samples, f"{whole} the last {rest} fill no block of {cycles}: left out"
 
 
 def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:

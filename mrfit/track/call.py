@@ -61,7 +61,7 @@ class ParameterTracks:
         root, page = Path(folder), f"{name}.html"
         root.mkdir(parents=True, exist_ok=True)
         for log, track in self.tracks.items():
-            write_table(root / f"{name}-{log}.parquet", columns_of(track))
+            write_table(root / table_name(name, log), columns_of(track))
         write_text(root / page, page_of(self.content, self.tracks, self.blocks, f"{name}.json"))
         write_json(root / f"{name}.json", self.content)
         return replace(self.content, page=str(root / page))
@@ -125,6 +125,11 @@ def tracked(source: ExportSource, recordings: Iterable[Recording], parameters: S
         logs=logs,
     )
     return ParameterTracks(checked(content), tracks, blocks)
+
+
+def table_name(name: str, log: str) -> str:
+    """Return the file name of the table of a log, beside the page of this name."""
+    return f"{name}-{log}.parquet"
 
 
 def columns_of(track: ParameterTrack) -> dict[str, Array]:

@@ -24,8 +24,6 @@ RAIL_CORNER, HOP = 0.2, 0.2
 """A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
 WRAP, SAME_WRAP, USUAL_STEP = 0.5, 0.1, 0.2
 """Least step of a wrap-round in the range of the channel, how much such steps may differ, and most of usual steps."""
-
-
 FEWEST_VALUES, LONGEST_HOLD, IN_STEP = 50, 50, 0.99
 """Values of a channel by which it is seen to be held, most rows of each, and share of them that begin in step."""
 FEWEST_STANDING, STANDING_SHARE = 8, 0.005

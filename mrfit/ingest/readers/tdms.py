@@ -20,6 +20,8 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_units
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
+UNSET_INCREMENT = 1.0
+"""Increment in s of a waveform that was given none."""
 
 
 def sniff(head: Head) -> bool:
@@ -67,10 +69,6 @@ def read(source: Source) -> list[Table]:
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
     return tables
-
-
-UNSET_INCREMENT = 1.0
-"""Increment in s of a waveform that was given none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

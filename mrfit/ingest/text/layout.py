@@ -46,7 +46,7 @@ TIME_NAMES = {
 DATE_NAMES = {
     *("date", "datetime", "date time", "date_time", "date/time", "datum", "zeitstempel", "uhrzeit", "clock", "utc"),
     *("epoch", "epoch time", "unix", "unix time", "unix_time", "unixtime", "unix timestamp", "posix", "datenum"),
-    *("absolute time",),
+    "absolute time",
 }
 """Names of columns that hold times where no other column does."""
 UNIT_FOLLOWS = r"^(?:in|units?:?|einheit:?) +"

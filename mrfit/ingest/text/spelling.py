@@ -13,7 +13,7 @@ from mrfit.ingest.table import Source
 from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Head, Text
 from mrfit.ingest.text.textlog import rewritten
-from mrfit.ingest.text.written_times import written_times
+from mrfit.ingest.text.written_times import FIELD_BEGIN, FIELD_END, written_times
 
 MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
@@ -24,9 +24,7 @@ SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
 LARGE_NUMBER = re.compile(r"(?<![\w.,])[1-9]\d{0,2}[ '\u2019\u00a0\u202f\u2009.,]\d{3}(?!\d)")
 """A number of which a mark may part the thousands."""
-NEGATIVE = re.compile(
-    r'(?m:^|(?<=[,;\t|"]))( *)(?:\((\d+[.,]\d+|\d\d+)\)|(\d+(?:[.,]\d+)?)-)(?m:(?= *(?:[,;\t|"\r]|$)))'
-)
+NEGATIVE = re.compile(rf"({FIELD_BEGIN})(?:\((\d+[.,]\d+|\d\d+)\)|(\d+(?:[.,]\d+)?)-){FIELD_END}")
 """A negative number as accountants write it: in brackets, or with its sign behind."""
 QUOTED_DECIMAL = re.compile(r'(?m:^|(?<=,))"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"(?m:(?=[,\r]|$))')
 """A number in quotation marks, with a decimal comma, between fields that commas part."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from mrfit.ingest.text.layout import MONTH
 
-BEGIN, END = r'(?m:^|(?<=[,;\t|"]))[ ]*', r'(?m:(?=[ ]*(?:[,;\t|"\r]|$)))'
+FIELD_BEGIN, FIELD_END = r'(?m:^|(?<=[,;\t|"]))[ ]*', r'(?m:(?=[ ]*(?:[,;\t|"\r]|$)))'
 """Where a field begins and ends."""
 DAY_NAME = r"(?i:mon|tue|wed|thu|fri|sat|sun|mo|di|mi|do|fr|sa|so)[a-z]*\.?,? +"
 CLOCK_TEXT = r"(\d{1,2}:[0-5]\d:[0-5]\d(?:[.,]\d+)?(?: ?[AaPp]\.?[Mm]\.?)?)"
@@ -30,7 +30,7 @@ class WrittenTime:
 
 
 def _form(form: str, mark: str, plain: str) -> WrittenTime:
-    return WrittenTime(re.compile(f"{BEGIN}{form}{END}"), mark, plain)
+    return WrittenTime(re.compile(f"{FIELD_BEGIN}{form}{FIELD_END}"), mark, plain)
 
 
 TIME_FORMS = (
@@ -44,7 +44,7 @@ TIME_FORMS = (
     _form(rf"(?:\d{{4}}-)?[0-3]\d\d[T:/ ]{CLOCK_TEXT}", ":", r"\1"),
     _form(r"([0-5]?\d:[0-5]\d[.,]\d+)", ":", r"00:\1"),
     # at the beginning of a row: elsewhere a number with its unit may be a statement of the header
-    WrittenTime(re.compile(rf'(?m:^)("? *\d+(?:[.,]\d+)?) ?(?:s|secs?|seconds?){END}'), "s", r"\1"),
+    WrittenTime(re.compile(rf'(?m:^)("? *\d+(?:[.,]\d+)?) ?(?:s|secs?|seconds?){FIELD_END}'), "s", r"\1"),
 )
 
 

@@ -104,8 +104,8 @@ def time_base(
     if not breaks and (even := _even_base(time, stated)):
         return even
     cuts = _cuts(time, breaks)
-    if cuts and _differ_in_rate(time, cuts):
-        return _of_own_rates(time, cuts, stated, number, printed)
+    if cuts and _differ_in_rate(time, runs := _runs(time, cuts, np.inf)):
+        return _of_own_rates(time, runs, cuts, stated, number, printed)
     step = _typical_step(time, cuts)
     whole = _whole_step(time, cuts) if printed is not None and printed <= FINE_PRINT * step else None
     step = step if whole is None else whole
@@ -128,26 +128,35 @@ def time_base(
     return base
 
 
-def _differ_in_rate(time: Array, cuts: list[int]) -> bool:
+def _differ_in_rate(time: Array, runs: list[tuple[int, int]]) -> bool:
     """Whether runs, each even in itself, differ in their interval by more than coarse print makes."""
-    edges = [0, *cuts, len(time)]
-    runs = [np.diff(time[a:b]) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > FEWEST_OF_RUN]
-    steps = [float(np.median(run)) for run in runs]
-    even = [
-        step > 0.0 and bool(np.all(np.abs(run - step) < EVEN * step)) for run, step in zip(runs, steps, strict=True)
-    ]
-    return len(runs) == len(cuts) + 1 and all(even) and max(steps) > (1.0 + 2.0 * EVEN) * min(steps)
+    if any(end - begin <= FEWEST_OF_RUN for begin, end in runs):
+        return False
+    parts = [series.part(time, slice(*run)) for run in runs]
+    steps = [float(np.median(_some_steps(part, []))) for part in parts]
+    if min(steps) <= 0.0 or max(steps) <= (1.0 + 2.0 * EVEN) * min(steps):
+        return False
+    return all(
+        bool(np.all(np.abs(s - step) < EVEN * step))
+        for part, step in zip(parts, steps, strict=True)
+        for s in _inner_steps(part, [])
+    )
 
 
 def _of_own_rates(
-    time: Array, cuts: list[int], stated: float | None, number: Array | None, printed: float | None
+    time: Array,
+    runs: list[tuple[int, int]],
+    cuts: list[int],
+    stated: float | None,
+    number: Array | None,
+    printed: float | None,
 ) -> TimeBase:
     """Return the base of runs of different rates: each has its own interval."""
-    edges = [0, *cuts, len(time)]
-    runs = list(zip(edges[:-1], edges[1:], strict=True))
     base = TimeBase(0.0, [])
     for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
-        own = time_base(time[begin:end], stated, (), None if number is None else number[begin:end], printed)
+        rows = slice(begin, end)
+        own_number = None if number is None else series.part(number, rows)
+        own = time_base(series.part(time, rows), stated, (), own_number, printed)
         base.dt = base.dt or own.dt
         base.findings += own.findings
         shifted = [slice(begin + p.rows.start, begin + p.rows.stop) for p in own.pieces]

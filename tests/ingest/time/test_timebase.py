@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mrfit.ingest import series
 from mrfit.ingest.text.printed import Digits, digits_of, print_step
 from mrfit.ingest.time.timebase import TimeFault, on_grid, repeated, time_base
 
@@ -194,6 +195,19 @@ def test_runs_of_other_rates_have_intervals_of_their_own(dt: float) -> None:
         (800, 1200, None),
     ]
     assert [f.kind for p in base.pieces for f in p.findings] == ["clock-jump", "clock-jump"]
+
+
+def test_runs_of_a_long_log_are_looked_at_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(series, "SERIES_CHUNK", 128)
+    time, lengths = np.concatenate([2e-3 * np.arange(1000), 5e-3 * np.arange(700)]), []
+
+    def read(begin: int, end: int) -> np.ndarray:
+        lengths.append(end - begin)
+        return time[begin:end]
+
+    base = time_base(series.Series(len(time), read), None)  # type: ignore[arg-type]
+    assert [p.dt for p in base.pieces] == [pytest.approx(2e-3), pytest.approx(5e-3)]
+    assert max(lengths) <= 2 * 128
 
 
 def test_runs_of_one_rate_that_are_printed_coarsely_share_it() -> None:
