@@ -14,6 +14,7 @@ from mrfit.cli.watch import watch
 from mrfit.core.counting import number_of
 from mrfit.errors import DataError
 from mrfit.settings import ingest
+from mrfit.settings import sheet as sheet_settings
 
 if TYPE_CHECKING:
     from mrfit.core.recording import Recording
@@ -99,6 +100,14 @@ def quasi_static(logs: ReadLogs, *, reading: Reading) -> CommandAnswer:
 def _print_quasi_static(found: "Sequence[QuasiStatic]") -> None:
     names = ("stiffness (N/m)", "friction (N)", "offset (N)", "loss (J)", "peak speed (m/s)", "ways", "spread (N)")
     console.print_table("Quasi-static test", ("log", *names), [list(asdict(row).values()) for row in found])
+    slow = sheet_settings.Settings().slow
+    for row in found:
+        if row.peak_speed > slow:
+            speed, limit = 1e3 * row.peak_speed, 1e3 * slow
+            console.note(
+                f"{row.recording}: {speed:.3g} mm/s is no slow test (above {limit:g} mm/s): what the fluid takes "
+                "counts as stiffness and friction; `mrfit measure sheet` measures it"
+            )
     stiffness, friction = _ends([row.stiffness for row in found]), _ends([row.friction for row in found])
     console.conclude(
         f"Quasi-static test of {number_of('log', len(found))}: stiffness {stiffness} N/m, friction {friction} N"

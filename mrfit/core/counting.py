@@ -8,7 +8,7 @@ def number_of(what: str, number: int, several: str = "") -> str:
     return f"{number} {what if number == 1 else several or what + 's'}"
 
 
-def few(names: Sequence[object], most: int, between: str = ", ") -> str:
+def few(names: Sequence[object], most: int = 12, between: str = ", ") -> str:
     """Return the first names of several, and how many more there are."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return between.join(map(str, names[:most])) + more

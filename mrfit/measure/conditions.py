@@ -1,7 +1,7 @@
 """Quantities of several conditions of one damper: law of force over velocity, dynamic range, loss of force by heat.
 
     C, alpha       F0 = C*sgn(v)*|v|^alpha, by a line of log |F0| over log |v| through three speeds or more
-    dynamic range  |Fmax| at the greatest current over that at the least, mean of both directions, per speed
+    dynamic range  |Fmax| at the greatest current over that at the least, each a mean of both directions, per speed
     fade           (F_ref - F_T)/F_ref of Fmax: between temperatures where they are logged, else over the cycles
 
 Intervals follow from those of the forces; where the points leave a line by more than these explain, from the residual.

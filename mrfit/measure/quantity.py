@@ -49,7 +49,7 @@ SHEET_QUANTITIES: Mapping[str, tuple[str, str]] = {
     "C-": ("N*(s/m)^alpha", "of F = C*v^alpha, negative velocity"),
     "alpha+": ("", "exponent of velocity, positive velocity"),
     "alpha-": ("", "exponent of velocity, negative velocity"),
-    "dynamic range": ("", "peak force at the greatest current over that at the least"),
+    "dynamic range": ("", "peak force at the greatest current over that at the least, means of both directions"),
 }
 """Quantity -> unit and meaning, in the order of a sheet."""
 

@@ -81,8 +81,10 @@ def loops(drawn: Sequence[paper.FitSeries], width: float, overlay: str, channel:
     output, scale = drawn[0].fit.output, output_unit(drawn[0].fit)
     everything = [s for d in drawn for s in d.series]
     over = channel or next((c for c in LOOPS.get(output, ()) if all(c in s.inputs for s in everything)), "time")
-    if over != "time" and any(over not in s.inputs for s in everything):
-        raise DataError(f"there is no {over} in the residuals of all fits; choose another channel with --over")
+    shared = [c for c in everything[0].inputs if all(c in s.inputs for s in everything)]
+    if over not in ("time", *shared):
+        there = ", ".join((*shared, "time"))
+        raise DataError(f"there is no {over} in the residuals of all fits; give --over one of {there}")
     factor, unit = (1.0, "s") if over == "time" else scale_of([_across(s, over) for s in everything], over)
     groups = panels_of(drawn, overlay)
     if len(groups) > paper.MOST_PANELS:

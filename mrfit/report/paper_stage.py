@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+from mrfit.core.counting import few
 from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError, DataError, near
 from mrfit.io.atomic import write_atomic
@@ -100,7 +101,8 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
         drawn = [FitSeries(d.fit, with_room(d, kind, settings.overlay, len(drawn))) for d in drawn]
     if kind in ("loops", "predicted", "correlation"):
         drawn = [d for d in drawn if d.series]
-        _check_one_output(drawn, settings)
+        there = dict.fromkeys(s.condition for f in source.fits for s in source.series[f.name])
+        _check_one_output(drawn, list(there), settings)
     with style():
         import matplotlib
 
@@ -135,9 +137,10 @@ def with_room(drawn: FitSeries, kind: str, overlay: str, fits: int) -> Sequence[
     return [s for s in drawn.series if id(s) in kept]
 
 
-def _check_one_output(drawn: Sequence[FitSeries], settings: Settings) -> None:
+def _check_one_output(drawn: Sequence[FitSeries], conditions: Sequence[str], settings: Settings) -> None:
     if not drawn:
-        raise DataError(f"no condition is like {', '.join(settings.conditions)}; `mrfit report` lists them")
+        wanted = ", ".join(settings.conditions)
+        raise DataError(f"no condition is like {wanted}; give --condition one of {few(conditions)}")
     outputs = sorted({d.fit.output for d in drawn})
     if len(outputs) > 1:
         raise ConfigError(f"a figure shows one output, these fits predict {' and '.join(outputs)}; choose with --fit")

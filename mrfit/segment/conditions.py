@@ -8,7 +8,7 @@ from math import isclose
 
 import numpy as np
 
-from mrfit.core.counting import number_of
+from mrfit.core.counting import few, number_of
 from mrfit.core.recording import FLUX_RESISTANCE, NAMING, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -281,7 +281,7 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
     else:
         chosen = {s.condition for term in holdout.split(",") for s in _matching(segments, term.strip(), conditions)}
     if conditions and chosen == set(conditions):
-        raise ConfigError(f"--holdout '{holdout}' leaves nothing to train on; choose fewer of {_listed(conditions)}")
+        raise ConfigError(f"--holdout '{holdout}' leaves nothing to train on; choose fewer of {few(conditions)}")
     return [replace(s, role="holdout" if s.condition in chosen else "train") for s in segments]
 
 
@@ -338,10 +338,6 @@ def _cut(segment: Segment, cut: int) -> list[Segment]:
     return [replace(segment, role="train", stop=cut, cycles=cycles), after]
 
 
-def _listed(conditions: Sequence[str]) -> str:
-    return ", ".join(conditions[:12]) + (" …" if len(conditions) > 12 else "")
-
-
 def _matching(segments: Sequence[Segment], term: str, conditions: Sequence[str]) -> list[Segment]:
     name, equals, text = term.partition("=")
     if equals and name in (*QUANTITIES, "waveform"):
@@ -350,7 +346,7 @@ def _matching(segments: Sequence[Segment], term: str, conditions: Sequence[str])
         found = [s for s in segments if fnmatch.fnmatchcase(s.condition, term)]
     if not found:
         raise ConfigError(
-            f"--holdout '{term}' matches no condition; there are {_listed(conditions)} (give auto, none, a pattern on "
+            f"--holdout '{term}' matches no condition; there are {few(conditions)} (give auto, none, a pattern on "
             f"these names, {'|'.join(QUANTITIES)}=VALUE in SI units, or after=SECONDS)"
         )
     return found

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mrfit.cli import console, logbook, project
@@ -269,3 +270,14 @@ def test_in_a_pipe_an_estimate_comes_first_and_a_line_every_ten_seconds(capsys: 
         short("short", done, 10)
         now[0] += 0.5
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("seconds", "noted"), [(40.0, False), (1.0, True)])
+def test_a_fast_test_is_not_taken_as_a_slow_one_without_a_word(command: Command, seconds: float, noted: bool) -> None:
+    phase = 6.0 * np.pi * np.arange(2000) / 2000
+    rows = zip(seconds * 3 / 2000 * np.arange(2000), 0.01 * np.sin(phase), 50.0 * np.sign(np.cos(phase)), strict=True)
+    Path("log.csv").write_text(
+        "time (s),displacement (m),force (N)\n" + "\n".join(f"{t:.6g},{x:.6g},{f:.6g}" for t, x, f in rows)
+    )
+    code, _, err = command("measure", "quasi-static", "log.csv")
+    assert code == 0 and ("is no slow test (above 5 mm/s)" in err) is noted

@@ -89,8 +89,10 @@ def test_what_cannot_be_drawn_is_said(coil, damper):
         paper_stage.run(coil[0], "pie", Settings())
     with pytest.raises(ConfigError, match="--format takes"):
         paper_stage.run(coil[0], "loops", Settings(formats=("gif",)))
-    with pytest.raises(DataError, match="no condition is like"):
+    with pytest.raises(DataError, match=r"no condition is like square\*; give --condition one of \w+"):
         paper_stage.run(coil[0], "loops", Settings(conditions=("square*",)))
+    with pytest.raises(DataError, match="no speed in the residuals of all fits; give --over one of .*, time"):
+        paper_stage.run(coil[0], "loops", Settings(over="speed"))
 
 
 def test_a_profile_is_drawn_through_what_was_computed_and_cut_at_its_interval(coil):

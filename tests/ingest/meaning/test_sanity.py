@@ -153,6 +153,13 @@ def test_a_swing_about_a_level_is_an_offset_even_under_noise(swing: float) -> No
     assert _kinds(displacement=1.0 + swing * SINE + noise) == [("offset", "displacement")]
 
 
+def test_a_random_motion_whose_ends_are_not_alike_swings_about_zero() -> None:
+    bump = np.exp(-0.5 * ((T - T.mean()) / (0.02 * np.ptp(T))) ** 2)
+    motion = 0.3 * SINE + bump - bump.mean()
+    assert _kinds(displacement=motion) == []
+    assert _kinds(displacement=motion + 0.6) == [("offset", "displacement")]
+
+
 def test_a_long_recording_is_judged_over_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is odd late in a log, or only in the phase of its channels, is found in chunks as it is in the whole."""
     late = np.where(T > 3.0, np.minimum(SINE, 0.8), 0.7 * SINE)
