@@ -95,6 +95,11 @@ def worst_of_each(series: Sequence[OutputSeries]) -> list[OutputSeries]:
     return [max(parts, key=lambda s: s.error if math.isfinite(s.error) else math.inf) for _, parts in by_condition]
 
 
+def shared_inputs(series: Sequence[OutputSeries]) -> list[str]:
+    """Return the inputs that all series have, in the order of the first; none of no series."""
+    return [name for name in (series[0].inputs if series else ()) if all(name in s.inputs for s in series)]
+
+
 def sheets(series: Sequence[OutputSeries]) -> list[list[OutputSeries]]:
     """Return series in groups of at most 12 for one figure each.
 

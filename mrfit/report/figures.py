@@ -16,7 +16,17 @@ from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Fit, MetricRow, Result
-from mrfit.report.curves import decimate, family, limits, prefixed, sheets, shown_cycles, simplified, worst_of_each
+from mrfit.report.curves import (
+    decimate,
+    family,
+    limits,
+    prefixed,
+    shared_inputs,
+    sheets,
+    shown_cycles,
+    simplified,
+    worst_of_each,
+)
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import OutputSeries
@@ -138,8 +148,9 @@ def _drawings(fit: Fit, shown: Sequence[OutputSeries]) -> list[Drawing]:
     drawings: list[Drawing] = []
     if has_errors(fit):
         drawings.append(partial(error_figure, fit))
+    shared = shared_inputs(shown)
     for channel in LOOPS.get(fit.output, ()):
-        if shown and all(channel in s.inputs for s in shown):
+        if channel in shared:
             drawings += loop_figures(fit, shown, channel)
     if shown:
         drawings += [*history_figures(fit, shown), *residual_figures(fit, shown)]

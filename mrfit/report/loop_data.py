@@ -11,7 +11,7 @@ import numpy as np
 from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array, Index
 from mrfit.io.schemas.fit import Fit
-from mrfit.report.curves import BEYOND, decimate, prefixed, shown_cycles, simplified, worst_of_each
+from mrfit.report.curves import BEYOND, decimate, prefixed, shared_inputs, shown_cycles, simplified, worst_of_each
 from mrfit.report.figures import LOOPS, axis_label, scale_of
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
@@ -127,7 +127,8 @@ def _of_output(fits: Sequence[Fit], source: ReportSource, pool: _Pool) -> Output
     shown = {fit.name: worst_of_each(source.series[fit.name]) for fit in fits}
     everything = [one for series in shown.values() for one in series]
     output, scale = fits[0].output, output_unit(fits[0])
-    channels = [c for c in LOOPS.get(output, ()) if all(c in s.inputs for s in everything)]
+    shared = shared_inputs(everything)
+    channels = [c for c in LOOPS.get(output, ()) if c in shared]
     scales = {c: scale_of([s.inputs[c] for s in everything], c) for c in channels}
     seconds, time_unit = prefixed(max(float(s.time[shown_cycles(s)][-1]) for s in everything), "s")
     labels = [axis_label(symbol_of(c), scales[c][1], c) for c in channels]

@@ -12,7 +12,7 @@ from mrfit.core.specs import Array, Index
 from mrfit.errors import DataError
 from mrfit.report import paper
 from mrfit.report.condition_names import differing_parts
-from mrfit.report.curves import decimate, limits, shown_cycles, simplified, unit_extent
+from mrfit.report.curves import decimate, limits, shared_inputs, shown_cycles, simplified, unit_extent
 from mrfit.report.figures import LOOPS, SIMULATED, axis_label, scale_of, shades
 from mrfit.report.numbers import natural, percent
 from mrfit.report.output_unit import output_unit
@@ -80,8 +80,8 @@ def loops(drawn: Sequence[paper.FitSeries], width: float, overlay: str, channel:
     """
     output, scale = drawn[0].fit.output, output_unit(drawn[0].fit)
     everything = [s for d in drawn for s in d.series]
-    over = channel or next((c for c in LOOPS.get(output, ()) if all(c in s.inputs for s in everything)), "time")
-    shared = [c for c in everything[0].inputs if all(c in s.inputs for s in everything)]
+    shared = shared_inputs(everything)
+    over = channel or next((c for c in LOOPS.get(output, ()) if c in shared), "time")
     if over not in ("time", *shared):
         there = ", ".join((*shared, "time"))
         raise DataError(f"there is no {over} in the residuals of all fits; give --over one of {there}")

@@ -14,7 +14,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.condition_names import differing_parts
-from mrfit.report.curves import limits
+from mrfit.report.curves import limits, shared_inputs
 from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, first_panels, plain_log
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import OutputSeries
@@ -108,9 +108,8 @@ def correlation(drawn: FitSeries, width: float) -> "Canvas":
 
     The band is what a white residual of as many samples has in 95 of 100 cases.
     """
-    common = [c for c in drawn.series[0].inputs if all(c in s.inputs for s in drawn.series)]
     # an input that stands still in every series is correlated with nothing
-    names = [c for c in common if any(np.ptp(s.inputs[c]) > 0.0 for s in drawn.series)]
+    names = [c for c in shared_inputs(drawn.series) if any(np.ptp(s.inputs[c]) > 0.0 for s in drawn.series)]
     conditions = differing_parts([s.condition for s in drawn.series], "-")
     canvas, axes = panels(width, 1 + len(names), ratio=0.55)
     for number, one in enumerate(drawn.series):

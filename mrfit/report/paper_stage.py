@@ -19,7 +19,7 @@ from mrfit.report.loop_figure import loops, panels_of
 from mrfit.report.paper import FitSeries
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
-from mrfit.report.source import OutputSeries, read_source
+from mrfit.report.source import OutputSeries, ReportSource, read_source
 from mrfit.report.svg import Canvas, style, to_svg
 from mrfit.settings.figure import FIGURE_KINDS, Settings
 
@@ -101,8 +101,7 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
         drawn = [FitSeries(d.fit, with_room(d, kind, settings.overlay, len(drawn))) for d in drawn]
     if kind in ("loops", "predicted", "correlation"):
         drawn = [d for d in drawn if d.series]
-        there = dict.fromkeys(s.condition for f in source.fits for s in source.series[f.name])
-        _check_one_output(drawn, list(there), settings)
+        _check_one_output(drawn, source, settings)
     with style():
         import matplotlib
 
@@ -137,10 +136,11 @@ def with_room(drawn: FitSeries, kind: str, overlay: str, fits: int) -> Sequence[
     return [s for s in drawn.series if id(s) in kept]
 
 
-def _check_one_output(drawn: Sequence[FitSeries], conditions: Sequence[str], settings: Settings) -> None:
+def _check_one_output(drawn: Sequence[FitSeries], source: ReportSource, settings: Settings) -> None:
     if not drawn:
+        there = list(dict.fromkeys(s.condition for f in source.fits for s in source.series[f.name]))
         wanted = ", ".join(settings.conditions)
-        raise DataError(f"no condition is like {wanted}; give --condition one of {few(conditions)}")
+        raise DataError(f"no condition is like {wanted}; give --condition one of {few(there)}")
     outputs = sorted({d.fit.output for d in drawn})
     if len(outputs) > 1:
         raise ConfigError(f"a figure shows one output, these fits predict {' and '.join(outputs)}; choose with --fit")
