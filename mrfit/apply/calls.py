@@ -164,7 +164,10 @@ def wanted(damper: Damper, motion: Motion, desired: Array | Law | str | None) ->
     """
     if desired is None:
         if motion.force is None:
-            raise DataError(f"{motion.name}: no {damper.output} was measured to be wanted again; give a law or a file")
+            raise DataError(
+                f"{motion.name}: no {damper.output} was measured to be wanted again; "
+                "give a law (--law) or a file (--desired)"
+            )
         return np.asarray(motion.force, dtype=np.float64)
     if isinstance(desired, str):
         desired = law_of(desired)

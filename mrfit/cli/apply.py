@@ -1,6 +1,7 @@
 """``mrfit apply``: a fit put to use. The current for a force or of a flux, forces tracked, and the ride of a car."""
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,6 +9,7 @@ import typer
 
 from mrfit.cli import console, names
 from mrfit.cli.options import CommandAnswer, Only, Work, options
+from mrfit.core.channels import unit_of
 from mrfit.core.grouping import grouped
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
@@ -153,11 +155,12 @@ def invert(
         forces = wanted(damper, motion, series)
         found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
     summary = stage.invert(work, found)
-    return CommandAnswer(summary, _print_inversions)
+    return CommandAnswer(summary, partial(_print_inversions, unit_of(damper.output)))
 
 
-def _print_inversions(summary: "InvertFile") -> None:
-    columns = ("motion", "samples", "reached", "above reach", "below reach", "limited", "greatest error", "rms error")
+def _print_inversions(unit: str, summary: "InvertFile") -> None:
+    columns = ("motion", "samples", "reached", "above reach", "below reach", "limited")
+    errors = (f"greatest error ({unit})", f"rms error ({unit})")
     rows = [
         [
             r.motion,
@@ -171,7 +174,9 @@ def _print_inversions(summary: "InvertFile") -> None:
     ]
     how = "in closed form" if summary.motions[0].explicit else "by search"
     console.print_table(
-        f"Currents of {summary.fit}, {how}; errors where reached and not limited, and of all", columns, rows
+        f"Currents of {summary.fit}, {how}; greatest error where reached and not limited, rms error of all samples",
+        (*columns, *errors),
+        rows,
     )
     _conclude(summary)
 

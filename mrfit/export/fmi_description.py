@@ -47,7 +47,7 @@ def variables_of(source: ExportSource, plan: TrackerPlan | None = None) -> list[
         name = f"measured_{field(output)}"
         found.append(Variable(name, len(found), "input", "continuous", f"measured: {text}", unit_of(output), "0.0"))
     found.append(Variable(field(output), len(found), "output", "continuous", text, unit_of(output)))
-    seen = "whether all inputs lie within what the fit has seen"
+    seen = "whether all inputs lie within their ranges in the fit's logs"
     found.append(Variable("in_range", len(found), "output", "discrete", seen, boolean=True))
     if plan:
         moving = "whether parameters are taken to move"

@@ -242,7 +242,7 @@ class Frame:
                 inside = (value >= low) & (value <= high)
                 body.append(ir.Assign(seen, ir.Conditional(inside, seen, _ZERO, ir.INT)))
         body.append(ir.Return(seen))
-        self.add("within", "Whether all inputs lie within what the fit has seen", body, ir.INT)
+        self.add("within", "Whether all inputs lie within their ranges in the fit's logs", body, ir.INT)
 
 
 def _places(part: ModelPart, memory: ir.Expression) -> dict[str, ir.Expression]:

@@ -36,7 +36,7 @@ def head_lines(source: ExportSource, measured: Sequence[str] = ()) -> list[str]:
     lines += [f"Left out of the fit's model: {name}" for name in source.without]
     if spec.free_offset:
         lines.append(f"The constant of a record's {spec.output} is not known, and not part of the model.")
-    lines += ["", "Inputs and output, SI, and what the fit has seen of them:"]
+    lines += ["", "Inputs and output, SI, with ranges in the fit's logs, held-out tests too; of rates, either sign:"]
     lines += [f"  {channel_text(source, name)}" for name in source.channels]
     lines += [f"  {channel_text(source, spec.output)}  (output)", "", "Errors of the fit against the logs:"]
     own = [row for row in content.metrics if row.condition == source.condition]

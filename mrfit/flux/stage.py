@@ -419,10 +419,13 @@ def _summary(
 
 
 def _in_words(separation: SeparationRow) -> str:
+    impossible = separation.eddy < -2.0 * separation.eddy_error
+    note = "; eddy currents cannot give energy: the loops differ by more than these parts explain" if impossible else ""
     frequencies = ", ".join(f"{f:.3g}" for f in separation.frequencies)
     return (
         f"{separation.amplitude:.3g} A ({frequencies} Hz): loop area = "
         f"{separation.static:.4g} ± {separation.static_error:.2g} J static hysteresis "
         f"+ ({separation.eddy:.3g} ± {separation.eddy_error:.2g}) J/Hz · f eddy currents; "
-        f"R is off by {separation.resistance_error:.3g} ± {separation.resistance_error_error:.2g} Ω"
+        f"R is off by {separation.resistance_error:.3g} ± {separation.resistance_error_error:.2g} Ω "
+        f"(± one standard error){note}"
     )

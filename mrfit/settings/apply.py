@@ -16,7 +16,7 @@ class Amplifier:
     Attributes
     ----------
     most
-        Greatest command over the greatest current tested; the inverse-tanh paper has 1.2.
+        Greatest command as a ratio to the greatest current tested; the inverse-tanh paper has 1.2.
     least
         Least command in A, or None for the least current tested; below 0 for an amplifier that drives the current back.
     rate
@@ -27,7 +27,12 @@ class Amplifier:
         Of the coil.
     """
 
-    most: Annotated[float, Setting("Greatest command over the greatest current tested.", low=1.0)] = 1.2
+    most: Annotated[
+        float,
+        Setting(
+            "Greatest command as a ratio to the greatest current tested; 1.2: 20 % more.", low=1e-9, metavar="RATIO"
+        ),
+    ] = 1.2
     least: Annotated[float | None, Setting("Least command in A; default: the least current tested.")] = None
     rate: Annotated[float | None, Setting("Greatest change of the command in A/s.", low=1e-9)] = None
     voltage: Annotated[float | None, Setting("Greatest voltage in V; needs --inductance.", low=1e-9)] = None
@@ -35,9 +40,9 @@ class Amplifier:
     inductance: Annotated[float, Setting("Coil inductance in H, with --voltage.", low=0.0)] = 0.0
 
     def __post_init__(self) -> None:
-        limits = [limit for limit in (self.rate, self.voltage) if limit is not None]
-        if self.most < 1.0 or any(limit <= 0.0 for limit in limits) or min(self.resistance, self.inductance) < 0.0:
-            raise ConfigError("an amplifier needs --most 1 or more, --rate and --voltage above 0, no negative R or L")
+        limits = [limit for limit in (self.most, self.rate, self.voltage) if limit is not None]
+        if any(limit <= 0.0 for limit in limits) or min(self.resistance, self.inductance) < 0.0:
+            raise ConfigError("an amplifier needs --most, --rate and --voltage above 0, no negative R or L")
         if self.voltage is not None and self.inductance <= 0.0:
             raise ConfigError("--voltage limits the current's rate through the coil's inductance: add --inductance")
 

@@ -173,6 +173,10 @@ def _order_taken(name: str, value: object) -> str:
     return ",".join(f"{n}={order}" for n, order in value.items()) if isinstance(value, Mapping) else str(value)
 
 
+def _written(name: str, value: object) -> str:
+    return value if isinstance(value, str) else repr(of_python(name, value))
+
+
 def _ohms_taken(name: str, value: object) -> object:
     # the flux stage says what is wrong with other words
     return value if value is None or isinstance(value, str) else of_python(name, value)
@@ -233,6 +237,7 @@ OHMS = SettingForm(
     _ohms_taken,
 )
 ORDER_FORM = SettingForm(str, lambda option, text: text, str | int, str, _order_taken)
+NUMBER_OR_WORD = SettingForm(str, lambda option, text: text, str | float, str, _written, write=str)
 SIZE = SettingForm(
     str | None,
     lambda option, text: None if text is None else size_of(text),

@@ -4,7 +4,7 @@ import os
 from typing import Annotated, Literal
 
 from mrfit.core.setting import Setting
-from mrfit.settings.forms import NUMBERS, OHMS, ORDER_FORM, Pairs
+from mrfit.settings.forms import NUMBER_OR_WORD, NUMBERS, OHMS, ORDER_FORM, Pairs
 
 CORES = os.cpu_count() or 1
 READ_BY_PROCESSES = 64
@@ -36,7 +36,7 @@ DrivenBy = Annotated[
     Literal["none", "force", "base"],
     Setting("Excitation that moves a mass on the model: force in, or base acceleration in, motion out."),
 ]
-Mass = Annotated[str, Setting("Mass in kg that is driven, or free to fit it.", metavar="KG|free")]
+Mass = Annotated[str, Setting("Mass in kg that is driven, or free to fit it.", metavar="KG|free", form=NUMBER_OR_WORD)]
 CurrentOrder = Annotated[
     str,
     Setting(

@@ -100,6 +100,10 @@ def test_invert_writes_currents_that_give_the_force(command: Command, work: Path
     assert command("invert", "--fit", "plain", "--sine", "1:0.01:1", "--law", "c=1e9")[0] == 0
     said = [n for n in page_of(work, "invert")[1]["notes"] if n.startswith("Out of reach in 100 % of the samples")]
     assert len(said) == 1
+    assert command("invert", "--fit", "plain", "--sine", "1:0.01:1", "--law", "c=2e4", "--most", "0.5")[0] == 0
+    weaker = read_table(work / "apply" / "invert-1.parquet").to_pydict()
+    assert max(weaker["current"]) == pytest.approx(0.5 * max(table["current"]))
+    assert "rms error (N)" in command("invert", "--fit", "plain", "--sine", "1:0.01:1", "--law", "c=2e4")[1]
     assert command("invert", "--fit", "memory", "--sine", "2:0.01:0.5", "--dt", "0.002", "--law", "c=1e4")[0] == 0
 
 
@@ -175,7 +179,7 @@ def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path)
         (("invert", "--fit", "nobody", "--sine", "1:0.01", "--law", "c=1"), 1, "no fit named 'nobody'"),
         (("invert", "--fit", "plain", "--law", "c=1"), 2, "give logs whose motion to take"),
         (("invert", "--fit", "plain", "--sine", "1", "--law", "c=1"), 2, "--sine takes HZ:M"),
-        (("invert", "--fit", "plain", "--sine", "1:0.01"), 1, "no force was measured"),
+        (("invert", "--fit", "plain", "--sine", "1:0.01"), 1, "give a law (--law) or a file (--desired)"),
         (("invert", "--fit", "plain", "--sine", "1:0.01", "--law", "x=1"), 2, "--law takes"),
         (("invert", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1", "--voltage", "5"), 2, "add --inductance"),
         (("track", "--fit", "plain", "--sine", "1:0.01"), 2, "give a desired force"),

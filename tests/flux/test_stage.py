@@ -260,6 +260,13 @@ def test_three_frequencies_give_the_separation_in_words(tmp_path: Path) -> None:
     assert "static hysteresis" in text and "eddy" in text and "R is off by 0.1" in text
 
 
+@pytest.mark.parametrize(("eddy", "is_said"), [(0.002, False), (-0.002, True)])
+def test_a_loss_that_nothing_can_have_is_said(eddy: float, is_said: bool, tmp_path: Path) -> None:
+    logs = [log(f, loss=0.03, eddy=eddy) for f in (1.0, 5.0, 10.0)]
+    (text,) = run(workspace(tmp_path, logs), Settings()).separation_text
+    assert ("eddy currents cannot give energy" in text) == is_said
+
+
 def test_loops_that_cannot_be_separated_say_why_in_one_line(tmp_path: Path) -> None:
     (text,) = run(workspace(tmp_path, [log(1.0), log(5.0)]), Settings()).separation_text
     assert "needs three frequencies" in text and text.endswith("there are 2 loops of 2")

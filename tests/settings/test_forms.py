@@ -51,6 +51,7 @@ def test_an_option_as_it_is_written(form: SettingForm, written: Any, value: obje
         (forms.PATH, "a/b", Path("a/b")),
         (forms.PATH, None, None),
         (forms.ORDER_FORM, 2, "2"),
+        (forms.NUMBER_OR_WORD, 2.5, "2.5"),
     ],
 )
 def test_the_same_in_toml(form: SettingForm, table: Any, value: object) -> None:
@@ -71,6 +72,8 @@ def test_the_same_in_toml(form: SettingForm, table: Any, value: object) -> None:
         (forms.OHMS, None, None),
         (forms.ORDER_FORM, {"fy": 2, "c": "1/0.2/2"}, "fy=2,c=1/0.2/2"),
         (forms.ORDER_FORM, 2, "2"),
+        (forms.NUMBER_OR_WORD, 2, "2.0"),
+        (forms.NUMBER_OR_WORD, "free", "free"),
         (forms.SIZE, "500MB", 5e8),
         (forms.SIZE, 1e9, 1e9),
         (forms.SIZE, None, None),
@@ -116,6 +119,7 @@ def test_a_wrong_option_says_what_it_takes(form: SettingForm, written: Any, said
         (forms.LIMITS, {"fy": "12"}, "x fy takes (low, high), not '12'"),
         (forms.TEXTS, 3, "x takes a dictionary of names and texts, not 3"),
         (forms.NAMES, 3, "x takes names, not 3"),
+        (forms.NUMBER_OR_WORD, [1.0], "x takes a number, not [1.0]"),
         (forms.PATH, 3, "x takes a path, not 3"),
         (forms.PATH, "a\0b", "x takes a path, not 'a\\x00b'"),
     ],
