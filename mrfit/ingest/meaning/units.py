@@ -10,29 +10,30 @@ from mrfit.core.channels import CHANNELS
 
 _WRITTEN = {
     "1": "|-|cycle|cycles|segment|segments|count|counts",
-    "V": "volt|volts|v dc|в",
-    "A": "amp|amps|ampere|amperes|a dc|а",
-    "s": "s|sec|secs|second|seconds|sek|segundos|sekunde|sekunden|secondes|secondi|с|сек",
-    "ms": "millisekunden|msec|milliseconds|мс",
-    "us": "usec|microseconds",
+    "V": "volt|volts|v dc|в|伏",
+    "A": "amp|amps|ampere|amperes|a dc|а|安|安培",
+    "s": "s|sec|secs|second|seconds|sek|seg|segundos|sekunde|sekunden|secondes|secondi|saniye|sn|с|сек|秒",
+    "ms": "millisekunden|msec|mseg|milliseconds|мс|毫秒",
+    "us": "usec|microseconds|微秒",
     "minute": "minutes|mins",
     "hour": "hours|hrs",
     "day": "days",
-    "N": "newton|newtons|н",
-    "kN": "кн",
-    "mA": "ма",
-    "mm": "мм",
-    "mm/s": "мм/с",
+    "N": "newton|newtons|н|牛|牛顿",
+    "kN": "k n|кн|千牛",
+    "mA": "ma|mamp|mamps|milliamp|milliamps|ма|毫安",
+    "m": "米",
+    "mm": "мм|毫米",
+    "mm/s": "мм/с|毫米/秒",
     "N*m": "nm|n.m|n-m",
     "V*s": "vs|v.s",
     "mV*s": "mvs",
     "Wb": "wb-t",
-    "degC": "c|degc|deg c|deg_c|°c|ºc|℃|celsius|degrees c|degree c",
+    "degC": "c|degc|deg c|deg_c|°c|ºc|℃|celsius|degrees c|degree c|grad c|grad celsius|grados c|摄氏度",
     "degF": "f|degf|deg f|deg_f|°f|ºf|℉|fahrenheit|degrees f|degree f",
     "deg": "°|º|degrees",
     "percent": "%",
     "lb": "pounds",
-    "kgf": "kgf|kg-f|kp",
+    "kgf": "kgf|kg-f|kp|kgw|kilos|公斤|公斤力",
     "lbf": "lbs",
     "Hz": "hz|1/s",
     "kHz": "khz",
@@ -65,12 +66,23 @@ CASE_SENSITIVE = {
     **{"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"},
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
     **{"Adc": "A", "Vdc": "V"},
-    **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
+    # no unit, or absurd, as written
+    **{"MM": "mm", "CM": "cm", "KN": "kN", "Kn": "kN", "KV": "kV", "Kg": "kg", "mv": "mV", "MA": "mA"},
+    **{"mS": "ms", "MS": "ms", "uS": "us", "US": "us"},
 }
 WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}
 """Units of mass that test machines print for forces."""
-SINCE = re.compile(r"\s+since\b.*|\s*[;,]\s*(?:ave|avg|act|actual|raw)$", re.IGNORECASE | re.DOTALL)
-"""What follows a unit in ``days since 2024-01-01`` and ``mm; AVE``."""
+SINCE = re.compile(
+    r"\s+since\b.*|\s*[;,]\s*(?:ave|avg|act|actual|raw|filtered|lp\b.*|low-?pass\b.*)$|(?<=[a-z])\.$",
+    re.IGNORECASE | re.DOTALL,
+)
+"""What follows a unit in ``days since 2024-01-01``, ``mm; AVE``, ``N, LP 100 Hz`` and ``Amp.``."""
+RATIO_IN_CAPITALS = re.compile(r"[A-Z]+/[A-Z]+2?")
+IN_FULL = re.compile(
+    r"(?:micro|milli|centi|kilo)?(?:met(?:er|re)|newton|ampere|volt|second|gram|hertz|pascal|watt|joule|pound)s?|lbf|kips?",
+    re.IGNORECASE,
+)
+"""Words that pint knows in lower-case letters alone."""
 TEMPERATURE_UNITS = ("degC", "degF")
 SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
 ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
@@ -111,6 +123,10 @@ def spelled(text: str) -> str:
     if bare in CASE_SENSITIVE:
         return CASE_SENSITIVE[bare]
     bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)
+    if RATIO_IN_CAPITALS.fullmatch(bare):
+        bare = "/".join(CASE_SENSITIVE.get(part, part.lower()) for part in bare.split("/"))
+    elif IN_FULL.fullmatch(bare):
+        bare = bare.lower()
     bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", bare)  # m/s2
     return SPELLINGS.get(bare.lower(), bare)
 

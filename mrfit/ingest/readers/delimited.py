@@ -72,6 +72,7 @@ def read(source: Source) -> list[Table]:
         grid = find_grid(source.head)
     head = source.head
     header = find_header(head, grid)
+    grid = replace(grid, first=max(grid.first, header.first))
     if header.short:
         header = _with_row_names(source, grid, header)
     if not header.names:

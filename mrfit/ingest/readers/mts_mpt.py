@@ -9,8 +9,9 @@ from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
-from mrfit.ingest.text.layout import TIME_NAMES, TwoRows, two_rows
+from mrfit.ingest.text.layout import TIME_NAMES
 from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of
+from mrfit.ingest.text.two_rows import TwoRows, two_rows
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text", blocks=True)
 DECIMAL_ROWS = 50

@@ -11,8 +11,9 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import TIME_NAMES, find_grid, two_rows
+from mrfit.ingest.text.layout import TIME_NAMES, find_grid
 from mrfit.ingest.text.textlog import Field, read_columns
+from mrfit.ingest.text.two_rows import two_rows
 
 SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export", blocks=True)
 

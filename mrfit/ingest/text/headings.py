@@ -141,7 +141,7 @@ def heading(head: Head) -> Heading | None:
     if not found.names or not any(found.names):
         return None
     shown = grid.decimal if any(grid.decimal in line for line in head.lines[grid.first : grid.first + 50]) else ""
-    interval, _ = stated_interval(head.lines[: grid.first], grid.delimiter, shown)
+    interval, _ = stated_interval(head.lines[: max(grid.first, found.first)], grid.delimiter, shown)
     names, written = found.names, found.units
     cells = [c.strip("[](){}") for c in (*split(head.lines[found.row], grid.delimiter), *("",) * grid.width)]
     if layout.are_units(cells[: grid.width]):

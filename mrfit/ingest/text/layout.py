@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from mrfit.core.channels import CHANNELS
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.text.body import EMPTY_FIELDS, NO_VALUE, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
+from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
 from mrfit.ingest.text.head import Head
 
 FIELD_DELIMITERS = ("\t", ";", ",", "|", "")
@@ -49,24 +49,56 @@ DATE_NAMES = {
     "absolute time",
 }
 """Names of columns that hold times where no other column does."""
-UNIT_FOLLOWS = r"^(?:in|units?:?|einheit:?) +"
+UNIT_FOLLOWS = r"^(?:(?:in|units?:?|einheit:?) +|units? ?= ?)"
 """What may stand before a unit in brackets."""
 RUN_NUMBER = re.compile(r"run *#?\d+", re.IGNORECASE)
 """What may follow a name and its unit."""
 COUNTED_TIMES = {"millis": "ms", "micros": "us"}
 """Names of clocks in the programs of microcontrollers, which count them in these units."""
-MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<–-]+"
+MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<@–-]+"
 """What may stand between a name and its unit."""
+FULL_WIDTH = str.maketrans("（）［］：＝", "()[]:=")
+NAME_LABELS = {
+    *(
+        "name",
+        "names",
+        "signal",
+        "signals",
+        "signal name",
+        "signalname",
+        "channel name",
+        "channel names",
+        "channelname",
+    ),
+    *("channeltitle", "channel title", "tracename", "trace name", "kanal", "kanalname", "bezeichnung", "signalname"),
+}
+UNIT_LABELS = {"unit", "units", "unitname", "unit name", "vunit", "yunit", "y unit", "einheit", "einheiten", "unité"}
+"""Words before the names and before the units of all channels, in a header whose lines begin with such a word."""
+LABELLED = re.compile(r"([^\W\d][\w ]*?) ?[:=] ?(.+)")
+"""A cell with a label of its own, as ``Unit: mm`` in every cell of a line."""
 
 
 @dataclass(frozen=True, slots=True)
 class TextGrid:
-    """Split of lines into fields, and the place of the first data row (line index from 0)."""
+    """Split of lines into fields.
+
+    Attributes
+    ----------
+    delimiter, decimal
+        Marks between fields and in numbers.
+    width
+        Fields of a row.
+    first
+        Line (from 0) of the first data row.
+    named
+        Columns that a header has to name: all, but of several empty ones at the right of every row one.
+    """
 
     delimiter: str
     decimal: str
     width: int
     first: int
+    named: int = 0
 
 
 def find_grid(head: Head, start: int = 0) -> TextGrid:
@@ -94,7 +126,10 @@ def find_grid(head: Head, start: int = 0) -> TextGrid:
         shown = next((excerpt(line) for line in lines if line.strip()), "")
         raise Refusal(head.path, f"no row of numbers (it begins '{shown}')", "export the log as delimited text")
     delimiter, decimal, width = best
-    return TextGrid(delimiter, decimal, width, start + _first_row(lines, delimiter, decimal, width))
+    rows = [split(line, delimiter) for line in lines[-SAMPLE_LINES:]]
+    filled = max((k + 1 for r in rows for k, c in enumerate(r[:width]) if c not in EMPTY_FIELDS), default=width)
+    first = start + _first_row(lines, delimiter, decimal, width)
+    return TextGrid(delimiter, decimal, width, first, min(width, filled + 1))
 
 
 def _score(lines: tuple[str, ...], delimiter: str, decimal: str) -> tuple[tuple[float, float], int]:
@@ -181,7 +216,13 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
     if head.starts('"TOA5"', "TOA5") and start == 0 and grid.first >= TOA5_ROWS[1] + 2:
         return _campbell_header(head, grid)
     cells = [(k, _cells(head.lines[k], grid)) for k in range(start, grid.first) if head.lines[k].strip()]
-    fitting = [(k, c) for k, c in cells if _covers(c, grid.width) and not all(SEPARATOR.fullmatch(f) for f in c)]
+    return _labelled_header(head, grid, cells) or _header_of_rows(head, grid, start, cells)
+
+
+def _header_of_rows(head: Head, grid: TextGrid, start: int, cells: list[tuple[int, list[str]]]) -> Header:
+    """Return the header of a row of names and one of units."""
+    cells = [(k, plain) for k, c in cells if (plain := _without_labels(c))]
+    fitting = [(k, c) for k, c in cells if _covers(c, grid) and not all(SEPARATOR.fullmatch(f) for f in c)]
     first = grid.first
     times = Counter(tuple(c) for _, c in fitting)
     while fitting and _is_unreadable(fitting, times):
@@ -200,6 +241,7 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
             return _header(list(before.names), unit_row, grid.width, found) if before.names else before
     if not fitting or not is_name_row(fitting[-1][1]):
         return Header((), (), frozenset(rows), first)
+    fitting = _up_to_names(fitting) if unit_row else fitting
     place, names = fitting[-1]
     between = [c for k, c in cells if place < k < first and c != unit_row and not all(map(SEPARATOR.fullmatch, c))]
     if between and not any(_is_recognised(c) for c in names if c):
@@ -216,7 +258,60 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
         if are_units(above):
             unit_row = above
             rows.append(head.lines[place_above].strip())
+    if len(fitting) > 1 and (whole := _with_comments(fitting[-2][1], names)):
+        names, place = whole, fitting[-2][0]
+        rows.append(head.lines[place].strip())
     return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short, place))
+
+
+def _labelled_header(head: Head, grid: TextGrid, cells: list[tuple[int, list[str]]]) -> Header | None:
+    """Return the header of lines that begin with a label, as ``ChannelTitle=`` and ``UnitName=``; None of another.
+
+    A column before those of the channels is the time, which a line of its own may name.
+    """
+    labels = {k: c[0].rstrip(" :=").lower() for k, c in cells if c}
+    values = {k: trimmed(c)[1:] for k, c in cells}
+    names = next((k for k, text in labels.items() if text in NAME_LABELS and all(values[k]) and values[k]), None)
+    written = next((k for k, text in labels.items() if text in UNIT_LABELS), None)
+    if names is None or written is None or len(values[names]) < len(values[written]) or not is_name_row(values[names]):
+        return None
+    lead = grid.width - len(values[names])
+    if lead not in (0, 1) or not any(map(units.known, values[written])):
+        return None
+    found, stated = list(values[names]), _padded(values[written], len(values[names]))
+    # a label before numbers, as that of the channels' rates, begins no row
+    first = next((k for k in range(grid.first, len(head.lines)) if not head.lines[k].lstrip('"')[:1].isalpha()), 0)
+    if lead:
+        rows = [split(line, grid.delimiter) for line in head.lines[first:] if line.strip()]
+        clock = next((c[0] for k, c in cells if k > names and c and is_name(c[0]) and not any(c[1:])), "Time")
+        found = [clock if any(r[0] not in EMPTY_FIELDS for r in rows) else "", *found]
+        stated = ["", *stated]
+    lines = frozenset(head.lines[k].strip() for k, _ in cells)
+    return _header(found, stated, grid.width, Header((), (), lines, first or grid.first, row=names))
+
+
+def _without_labels(cells: list[str]) -> list[str]:
+    """Return a line of a header without the label that every cell repeats; nothing where it tells no units."""
+    found = [LABELLED.fullmatch(c) for c in cells if c]
+    labels = {m[1].lower() for m in found if m}
+    if len(found) < 2 or None in found or len(labels) > 1:
+        return cells
+    return [m[2] if (m := LABELLED.fullmatch(c)) else "" for c in cells] if labels <= UNIT_LABELS else []
+
+
+def _up_to_names(fitting: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+    """Return lines up to the last with known names, where words that nobody knows stand between these and the units."""
+    known = [sum(map(_is_recognised, filter(None, c))) * is_name_row(c) for _, c in fitting]
+    named = [k for k, (n, (_, c)) in enumerate(zip(known, fitting, strict=True)) if 2 * n >= len(c)]
+    return fitting[: named[-1] + 1] if named and not known[-1] else fitting
+
+
+def _with_comments(names: list[str], comments: list[str]) -> list[str]:
+    """Return names with the comments below them in their place, each with its unit; empty if they are none."""
+    units_of = [name_and_unit(n)[1] for n in names[1:]]
+    if len(names) != len(comments) or comments[0] or not all(comments[1:]) or not (names[0] and all(units_of)):
+        return []
+    return [names[0], *(f"{c} [{u}]" for c, u in zip(comments[1:], units_of, strict=True))]
 
 
 def _campbell_header(head: Head, grid: TextGrid) -> Header:
@@ -236,7 +331,7 @@ def _first_of_rows(cells: dict[int, list[str]], first: int) -> int:
 
 def _begins_row(cells: list[str]) -> bool:
     filled = [c for c in cells if c]
-    return bool(filled) and (_is_number(filled[0]) or any(OVERLOAD.fullmatch(c) for c in filled))
+    return bool(filled) and (is_number(filled[0]) or any(OVERLOAD.fullmatch(c) for c in filled))
 
 
 def _last_is_filled(head: Head, grid: TextGrid) -> bool:
@@ -255,7 +350,7 @@ def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[st
     place, cells = fitting[-1]
     filled = [c for c in cells if c]
     marked = [bool(MARK.fullmatch(c)) or c in NOT_A_NUMBER for c in filled]
-    counted = [_is_number(c) for c in filled]
+    counted = [is_number(c) for c in filled]
     if not filled or all(marked) or any(OVERLOAD.fullmatch(c) for c in filled) or counted[0] and len(filled) > 1:
         return bool(filled)
     others = [(k, c) for k, c in fitting if c != cells]
@@ -269,7 +364,8 @@ def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[st
     return times[tuple(cells)] > 1 and any(times[tuple(c)] == 1 for _, c in others)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a cell is a number, with a point or a comma."""
     return any(number_pattern(mark).fullmatch(text) for mark in ".,")
 
 
@@ -285,42 +381,8 @@ def _header(names: list[str], unit_row: list[str] | None, width: int, found: Hea
     return replace(found, names=tuple(n for n, _ in parsed), units=tuple(unit for _, unit in parsed))
 
 
-@dataclass(frozen=True, slots=True)
-class TwoRows:
-    """A row of names above a row of units: their cells, and the lines (from 0) of the units and of the first row."""
-
-    names: list[str]
-    units: list[str]
-    unit_row: int
-    first: int
-
-
-def two_rows(head: Head, delimiter: str = "\t") -> TwoRows | None:
-    """Return names and units that stand, one above the other, over the first row of as many numbers.
-
-    Blank lines may stand between. What the words are does not matter.
-    """
-    above: list[tuple[int, list[str]]] = []
-    found: TwoRows | None = None
-    for place, line in enumerate(head.lines):
-        cells = _trimmed(split(line, delimiter))
-        if not cells:
-            continue
-        numbers = [_is_number(c) for c in cells]
-        marked = any(map(OVERLOAD.fullmatch, cells)) or all(map(MARK.fullmatch, cells))
-        row = any(numbers) or marked
-        if row and len(above) == 2 and all(len(c) == len(cells) > 1 and is_name_row(c) for _, c in above):
-            (_, names), (unit_row, written) = above
-            if found is None or not are_units(names):  # units that are given twice are no names
-                found = TwoRows(names, written, unit_row, place)
-        fits = found is not None and row and len(cells) == len(found.names)
-        if fits and any(numbers) and all(n or c in NO_VALUE for n, c in zip(numbers, cells, strict=True)):
-            return found
-        above = [] if fits else [*above[-1:], (place, cells)]
-    return None
-
-
-def _trimmed(cells: list[str]) -> list[str]:
+def trimmed(cells: list[str]) -> list[str]:
+    """Return cells without empty ones at the end."""
     while cells and not cells[-1]:
         cells = cells[:-1]
     return cells
@@ -334,6 +396,12 @@ def _cells(line: str, grid: TextGrid) -> list[str]:
     commented = line.strip()[:1] in COMMENTS and not line.strip().startswith(SHEET_ERRORS)
     bare = line.strip().lstrip(COMMENTS).strip() if commented else line
     cells = split(bare, grid.delimiter)
+    if len(cells) == 2 * grid.width and all(units.known(c) for c in cells[1::2]) and is_name_row(cells):
+        return [f"{name} [{unit}]" for name, unit in zip(cells[::2], cells[1::2], strict=True)]
+    if not grid.delimiter and bare.count('"') > 1:
+        quoted = [a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', bare)]
+        if grid.width - len(quoted) in (0, 1):
+            return quoted
     if not grid.delimiter and len(cells) != grid.width:
         for apart in (r"\t", r"[ \t]{2,}", r"\s*[,;]\s*"):
             other = [c.strip() for c in re.split(apart, bare.strip())]
@@ -342,12 +410,10 @@ def _cells(line: str, grid: TextGrid) -> list[str]:
     return cells
 
 
-def _covers(cells: list[str], width: int) -> bool:
+def _covers(cells: list[str], grid: TextGrid) -> bool:
     """Whether a header line has a cell for every column; empty cells at the end may be more or one fewer."""
-    filled = len(cells)
-    while filled and not cells[filled - 1]:
-        filled -= 1
-    return filled <= width and len(cells) >= width - 1 and filled >= max(1, width - 1 if width > 1 else 1) - (width > 3)
+    filled, width = len(trimmed(cells)), grid.named or grid.width
+    return filled <= grid.width and min(len(cells), width) >= width - 1 and filled >= max(1, width - 1) - (width > 3)
 
 
 def _is_unit_row(rows: list[list[str]]) -> bool:
@@ -398,7 +464,7 @@ def is_name_row(cells: list[str]) -> bool:
 
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Split a header cell such as ``Force [N]``, ``Time (s)``, ``"Weg" s_A1 / m`` or ``force_N`` into name and unit."""
-    text = cell.strip().strip('"').strip()
+    text = cell.strip().strip('"').strip().translate(FULL_WIDTH)
     if match := re.fullmatch(r"\('([^']*)', '([^']*)'\)", text):
         return match[1], match[2]  # two levels of column names, as pandas writes them
     if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):

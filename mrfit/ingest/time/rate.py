@@ -12,18 +12,36 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import name_and_unit
 
+EACH_SECOND = r"(?:[km]?(?:sps|sa/s|s/s|(?:samples|scans|points|readings)(?:/| per )s(?:ec(?:onds?)?)?)|/s)"
+_SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+ ?(?:[km]?hz|{EACH_SECOND})", r"\W*[\d.,e+-]+ ?[muµn]?s\b"
+WORDED_LABEL = (
+    r"(?:(?:sampl(?:e|ing)|acquisition|scan|daq)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
+    r"|(?<!auto)(?<!auto[-_ ])sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)"
+    r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])"
+)
+"""Of a rate or an interval, as its last word says."""
+RATE_LABELS = (
+    r"samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b",
+    r"(?:abtast|mess)(?:rate|frequenz)",
+    r"采样(?:频率|率)|サンプリング(?:周波数|レート)|частота дискретизации",
+    r"fr[ée]quence d.?[ée]chantillonnage|frecuencia de muestreo|frequenza di campionamento|frequ[êe]ncia de amostragem",
+    rf"(?:sampling|sampled at)(?={_SOME_HZ})",
+    r"(?<!\w)(?:fs(?=\W*[\d.,e+]+ ?[km]?hz)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
+    rf"(?<!\w)rate(?=\W*[\d.,e+]+ ?{EACH_SECOND})",
+)
+SPAN_LABELS = (
+    rf"(?<!\w)(?:dt|Δt|delta[ _]?t)(?={_SOME_S}|\W*(?:0?[.,]\d+$|[\d.,]+e-\d+))",
+    rf"(?<!\w)ts(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx *[:=]",
+    rf"^\W*(?:time )?intervall?(?=\W*[muµn]?s\W|{_SOME_S})",
+    rf"(?:logging|logged|sampled|recorded) every(?={_SOME_S})",
+    r"abtast(?:intervall|zeit|periode)|time per (?:point|sample)|storage cycle",
+    r"采样(?:间隔|周期)|サンプリング(?:間隔|周期)|период дискретизации",
+    r"p[ée]riode d.?[ée]chantillonnage|per[ií]odo de muestreo|periodo di campionamento",
+)
 STATED_RATE = re.compile(
-    r"(?P<label>(?:(?:sampl(?:e|ing)|acquisition|scan)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
-    r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)(?=[ _]*(?:rate|interval|frequency))))"
-    r"[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])[^0-9+-]*?"
-    r"|(?:samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b|(?:abtast|mess)(?:rate|frequenz)|采样(?:频率|率)"
-    r"|fr[ée]quence d.?[ée]chantillonnage|frecuencia de muestreo|サンプリング(?:周波数|レート)|частота дискретизации"
-    r"|sampling(?=\W*[\d.,e+]+ ?k?hz)"
-    r"|(?<!\w)(?:fs(?=\W*[\d.,e+]+ ?[km]?hz)|rate(?=\W*[\d.,e+]+ ?[km]?(?:sps|sa/s|s/s|samples/s))"
-    r"|(?P<span>(?:dt|Δt|delta[ _]?t)(?=\W*(?:[\d.,e+-]+ ?[muµn]?s\b|0?[.,]\d+$))|abtastintervall|采样(?:间隔|周期)"
-    r"|p[ée]riode d.?[ée]chantillonnage|^interval(?=\W*[muµn]?s\W))))[^0-9+-]*?)"
+    rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)}))[^0-9+-]*?)"
     r"\+?(?P<number>(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(?P<power>e[+-]?\d+)?"
-    r"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
+    rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
 )
 """Label with its word, number, power of ten, the unit behind it, and what stands in the next field."""
@@ -33,6 +51,7 @@ OTHERWISE = re.compile(
     r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
     r"|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
     r"|filter\w*|cut-?off|bandwidth"
+    r"|valve|actuator|pump|motor|pid|regulator"
     r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*)\b",
     re.IGNORECASE,
 )
@@ -54,7 +73,8 @@ DECIMATION = re.compile(
 )
 """Labels of a number of samples for each one that was kept."""
 NOT_DECIMATED = re.compile(
-    r"[ _]*(?:factor|ratio|rate|by|of)?\W*(?:none|off|no|not? (?:used|active)|disabled|false|[01](?:[.,]0*)?|1:1)?\W*",
+    r"[ _]*(?:factor|ratio|rate|by|of)?\W*(?:none|off|no|not? (?:used|active)|disabled|false|[01](?:[.,]0*)?|1:1)?\W*"
+    r"|\W*[\d.,]+ ?(?:[muµ]?s|msec|sec(?:onds?)?)\b.*",
     re.IGNORECASE,
 )
 """What stands behind where nothing was left out."""
@@ -202,7 +222,8 @@ def _unit(behind: str, before: str | None, beside: str, kind: str) -> str | None
 
 def of_kind(text: str, kind: str) -> str | None:
     """Return a unit of a rate (Hz) or an interval (s) as it can be converted, ``kS/s`` as kHz; None if it is none."""
-    unit = re.sub(r"([kM]?)(?i:sps|sa/s|s/s|samples/s)", r"\1Hz", text) if kind == "Hz" else text
+    each = re.fullmatch(EACH_SECOND, text, re.IGNORECASE) if kind == "Hz" else None
+    unit = f"{text[0] if text[0] in 'kM' else ''}Hz" if each else text
     return unit if unit and units.compatible(unit, kind) else None
 
 
