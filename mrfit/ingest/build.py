@@ -37,6 +37,8 @@ from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, rep
 OVERFLOW = 1e30
 """Magnitude from which a number is an instrument's mark for overflow."""
 
+OFF_RATE = 0.01
+"""Departure of a clock in whole seconds from the stated rate."""
 LONGEST_INTERVAL = 600.0
 """Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
 SLOW_CHANNELS = {"temperature", "voltage", "current"}
@@ -194,10 +196,11 @@ def _times(table: Table, origin: LogOrigin) -> RowTimes:
     stated = origin.rules.dt or table.dt
     if table.time is not None:
         values, scale, assumed = in_seconds(table.time, origin.rules, origin.path)
-        if not origin.rules.dt or not _stand_still(values):
+        whose = "map" if origin.rules.dt else "header"
+        if stated is None or not _stand_still(values) or whose == "header" and not _lasts(values, stated):
             return RowTimes(values, stated, _last_digit(table.time, scale), tuple(assumed))
         name = table.time.name or table.time.index
-        text = f"the times in '{name}' stand still from row to row: the rows are counted at the map's rate"
+        text = f"the times in '{name}' stand still from row to row: the rows are counted at the {whose}'s rate"
         number, said = _numbers(table, origin)
         unused = Finding("times-unused", "", None, text)
         return RowTimes(series.mapped(lambda n: n * stated, number), stated, None, (*assumed, unused, *said))
@@ -211,6 +214,12 @@ def _times(table: Table, origin: LogOrigin) -> RowTimes:
 def _stand_still(values: Array) -> bool:
     """Whether most times are those of the row before."""
     return 2 * sum(int(np.count_nonzero(step == 0.0)) for _, step in series.steps(values)) > len(values)
+
+
+def _lasts(values: Array, interval: float) -> bool:
+    """Whether times in whole seconds span what rows of an interval last."""
+    lasting = interval * (len(values) - 1)
+    return bool(abs(float(values[-1] - values[0]) - lasting) <= 1.0 + OFF_RATE * lasting)
 
 
 def _numbers(table: Table, origin: LogOrigin) -> tuple[series.Values, tuple[Finding, ...]]:

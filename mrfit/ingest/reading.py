@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import cast
 
 from mrfit.core import registry
+from mrfit.core.counting import few, number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.protocols import JoinsParts, Reader, ReadsRows, TellsHeadings
-from mrfit.core.recording import Recording
+from mrfit.core.recording import Finding, Recording
 from mrfit.errors import MrfitError
 from mrfit.ingest.blocks import BlockTables, text_blocks
 from mrfit.ingest.build import LogOrigin, build
@@ -71,6 +72,9 @@ class LogOutcome:
     recordings: tuple[Recording, ...]
     refusals: tuple[Refusal, ...]
 
+
+SUMMARY_ROWS, FEWEST_SAMPLES, SUMMARY_SHARE = 200, 20, 10.0
+"""Rows below which a table beside a log is none, without an interval and with one, and how much longer the log is."""
 
 MEMORY_FOR_A_BYTE = 6
 """Bytes of memory that reading one byte of a text log as a whole takes, at most."""
@@ -182,20 +186,34 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
     first, *others = headings.cut_at_headings(source, _teller(module))
     tables = _first_read(module, first.source)
     if others and sum(t.rows for t in tables) < 2:
-        raise Refusal(source.head.path, f"{others[0].told()} and no two rows stand above it", "delete what does")
+        text = f"{others[0].told()}: what stands above it has no two rows, and is not read"
+        first, *others = others
+        tables = [first.placed(t).finding("another-header", text) for t in _read_below(module, source, first)]
     for part in others:
         try:
-            if odd := part.odd or (_by_place(source.rules) and "the channel map names columns by place"):
-                raise Refusal(source.head.path, odd, "cut the log there")
-            found = _reader_below(module, part).read(part.source)
-            found = _with_rows_above(part.source.head, list(found), part=True)
-            check_rows(part.source.head, sum(t.rows for t in found), [r for t in found for r in t.refused])
+            found = _read_below(module, source, part)
         except Refusal as refusal:
             text = f"{part.told()}: nothing is read from there on ({part.in_words(refusal.reason)}); cut the log there"
             return [*tables[:-1], tables[-1].finding("another-header", text)]
         text = f"{part.told()}: its rows are read by it"
         tables += [part.placed(t).finding("another-header", text) for t in found]
     return tables
+
+
+def _read_below(module: Reader, source: Source, part: headings.HeadedPart) -> list[Table]:
+    """Return the tables of a part of a log by its own header.
+
+    Raises
+    ------
+    Refusal
+        If its header cannot be used, or no row can be read.
+    """
+    if odd := part.odd or (_by_place(source.rules) and "the channel map names columns by place"):
+        raise Refusal(source.head.path, odd, "cut the log there")
+    found = _reader_below(module, part).read(part.source)
+    found = _with_rows_above(part.source.head, list(found), part=True)
+    check_rows(part.source.head, sum(t.rows for t in found), [r for t in found for r in t.refused])
+    return found
 
 
 def _first_read(module: Reader, source: Source) -> list[Table]:
@@ -356,4 +374,23 @@ def _times_longer(module: Reader, part: Source, tables: list[Table]) -> float:
 
 def _recordings(tables: Sequence[Table], item: LogItem) -> list[Recording]:
     origin = LogOrigin(item.source, item.sha256, item.reader, item.rules)
-    return [recording for table in tables for recording in build(table, origin)]
+    kept, left = _without_summaries(tables)
+    made = [recording for table in kept for recording in build(table, origin)]
+    return [replace(r, findings=(*r.findings, *left)) for r in made]
+
+
+def _without_summaries(tables: Sequence[Table]) -> tuple[list[Table], list[Finding]]:
+    """Return tables without small ones that have no times beside a long one, as of peaks by cycle, and what is said."""
+    longest = max((t.rows for t in tables), default=0)
+    small = [t for t in tables if t.time is None and SUMMARY_SHARE * t.rows < longest and t.rows < _fewest_rows(t)]
+    said = []
+    for table in small:
+        names = few([repr(c.name) for c in table.columns], 3)
+        text = f"a table of {number_of('row', table.rows)} without times ({names}) stands beside the log: not read"
+        said.append(Finding("not-read", "", None, text))
+    return [t for t in tables if all(t is not other for other in small)], said
+
+
+def _fewest_rows(table: Table) -> int:
+    """Return the rows from which on a table beside a log is one itself: more where nothing states an interval."""
+    return SUMMARY_ROWS if table.dt is None else FEWEST_SAMPLES

@@ -34,7 +34,9 @@ from mrfit.ingest.text.layout import (
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
 from mrfit.ingest.text.spelling import plainly_written
+from mrfit.ingest.text.stated_names import with_stated_names
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
+from mrfit.ingest.time.clock_parts import is_below_seconds, with_clock_parts
 from mrfit.ingest.time.rate import interval, with_rate
 from mrfit.ingest.time.stamps import instants
 
@@ -73,6 +75,7 @@ def read(source: Source) -> list[Table]:
     head = source.head
     header = find_header(head, grid)
     grid = replace(grid, first=max(grid.first, header.first))
+    header, stated = with_stated_names(head, grid, header)
     if header.short:
         header = _with_row_names(source, grid, header)
     if not header.names:
@@ -80,7 +83,7 @@ def read(source: Source) -> list[Table]:
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     table = read_grid(source, grid, header, data)
     table = table if factors is None else factors.applied(table, source.rules)
-    return [replace(table, findings=(*table.findings, *said))]
+    return [replace(table, findings=(*table.findings, *said, *stated))]
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:
@@ -166,6 +169,7 @@ def read_grid(source: Source, grid: TextGrid, header: Header, data: Text | None 
     table = table_of(body, fields, clock)
     if texts:
         table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], source)
+    table = table if source.rules.time else with_clock_parts(table, source.carry)
     if form:
         table, kinds = sorted_out(table, form, body.texts, source), ["number"] * grid.width
     sparse, rate = _sparse(rows, header, kinds)
@@ -216,6 +220,7 @@ def _time_column(
         what = f"no column {wanted!r} to take as time (there are {there})"
         raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")
     timed = [k for k in numeric if header.units[k] is not None and units.compatible(header.units[k] or "", "s")]
+    timed = [k for k in timed if not (stamps and is_below_seconds(header.names[k]))]
     named = [k for k in numeric if header.names[k].strip().lower() in TIME_NAMES]
     named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:

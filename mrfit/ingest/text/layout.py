@@ -223,6 +223,7 @@ def _header_of_rows(head: Head, grid: TextGrid, start: int, cells: list[tuple[in
     """Return the header of a row of names and one of units."""
     cells = [(k, plain) for k, c in cells if (plain := _without_labels(c))]
     fitting = [(k, c) for k, c in cells if _covers(c, grid) and not all(SEPARATOR.fullmatch(f) for f in c)]
+    fitting = [(k, c) for k, c in fitting if all(f.count("(") == f.count(")") for f in c)]  # else it is a note
     first = grid.first
     times = Counter(tuple(c) for _, c in fitting)
     while fitting and _is_unreadable(fitting, times):
@@ -396,12 +397,15 @@ def _cells(line: str, grid: TextGrid) -> list[str]:
     commented = line.strip()[:1] in COMMENTS and not line.strip().startswith(SHEET_ERRORS)
     bare = line.strip().lstrip(COMMENTS).strip() if commented else line
     cells = split(bare, grid.delimiter)
-    if len(cells) == 2 * grid.width and all(units.known(c) for c in cells[1::2]) and is_name_row(cells):
-        return [f"{name} [{unit}]" for name, unit in zip(cells[::2], cells[1::2], strict=True)]
+    written = [c.strip("()[]") for c in cells[1::2]]
+    if len(cells) == 2 * grid.width and all(map(units.known, written)) and is_name_row(cells):
+        return [f"{name} [{unit}]" for name, unit in zip(cells[::2], written, strict=True)]
     if not grid.delimiter and bare.count('"') > 1:
         quoted = [a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', bare)]
         if grid.width - len(quoted) in (0, 1):
             return quoted
+    if not grid.delimiter and len(each := re.findall(r"[^()\[\]]+[(\[][^()\[\]]*[)\]]", bare)) == grid.width:
+        return [c.strip() for c in each]  # numpy's savetxt parts names with blanks as it parts the numbers
     if not grid.delimiter and len(cells) != grid.width:
         for apart in (r"\t", r"[ \t]{2,}", r"\s*[,;]\s*"):
             other = [c.strip() for c in re.split(apart, bare.strip())]
@@ -429,9 +433,11 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     above = [c for c in rows[-2] if c] if len(rows) > 1 else []
     if len(above) < len(filled) or not is_name_row(rows[-2]):
         return False
+    clocked = 2 * sum(known) >= len(filled)  # a row of units may have words for the times
     # pulses/turn has a unit behind its stroke, but is no name
-    if any(_is_recognised(c) and "/" not in c and not k for c, k in zip(filled, known, strict=True)):
-        return False
+    for cell, is_unit in zip(filled, known, strict=True):
+        if _is_recognised(cell) and "/" not in cell and not is_unit and not (clocked and cell.lower() in TIME_NAMES):
+            return False
     named = sum(map(_is_recognised, above))
     wholly = 2 * named >= len(above) and not any(name_and_unit(c)[1] for c in above)
     return 2 * sum(known) >= len(filled) or any(known) and named > 0 or wholly

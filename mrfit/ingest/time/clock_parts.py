@@ -1,0 +1,94 @@
+"""A clock whose parts stand in columns of their own: hours, minutes and seconds, or seconds and what is below them."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.ingest.meaning import units
+from mrfit.ingest.table import Column, Table
+
+PARTS = (
+    (3600.0, 24.0, r"(?:h|hh|hrs?|hours?|stunden?)"),
+    (60.0, 60.0, r"(?:m|mi|mins?|minutes?|minuten?)"),
+    (1e-3, 1e3, r"(?:time )?(?:ms|msecs?|mseconds?|millis?|millisec(?:ond)?s?|millisekunden)"),
+    (1e-6, 1e6, r"(?:time )?(?:us|µs|usecs?|micros?|microsec(?:ond)?s?|mikrosekunden)"),
+    (1e-9, 1e9, r"(?:time )?(?:ns|nsecs?|nanos?|nanosec(?:ond)?s?)"),
+)
+"""Seconds of a part, how many of it there are at most, and what columns of it are called."""
+RISING_SHARE = 0.95
+"""Share of the steps of a clock that rise."""
+
+
+def with_clock_parts(table: Table, carry: dict[str, Any]) -> Table:
+    """Return a table whose clock has the parts that stand in columns of their own; ``carry`` keeps which do.
+
+    Parts are taken where seconds alone stand still or turn back, and rise with the parts.
+    """
+    if table.time is None or not len(table.lines):
+        return table
+    if "clock parts" not in carry:
+        carry["clock parts"] = _parts(table)
+    found = carry["clock parts"]
+    if not found:
+        return table
+    times = np.array(table.time.values, dtype=np.float64)
+    for column in table.columns:
+        times += found.get(column.index, 0.0) * column.values if column.index in found else 0.0
+    names = " and ".join(f"'{c.name}'" for c in table.columns if c.index in found)
+    return replace(
+        table,
+        time=replace(table.time, values=times, unit="s", digits=None),
+        columns=tuple(c for c in table.columns if c.index not in found),
+        history=(*table.history, f"times of '{table.time.name}' and {names} added up"),
+    )
+
+
+def _parts(table: Table) -> dict[int, float]:
+    """Return the seconds of each part of the clock by the place of its column; nothing where the clock is whole."""
+    assert table.time is not None
+    times = np.asarray(table.time.values, dtype=np.float64)
+    if table.time.unit is not None and not (units.known(table.time.unit) and units.compatible(table.time.unit, "s")):
+        return {}
+    found = {c.index: (scale, c) for c in table.columns for scale, most, name in PARTS if _is_part(c, name, most)}
+    below = {k: p for k, p in found.items() if p[0] < 1.0} if _is_whole(times) else {}
+    above = {k: p for k, p in found.items() if p[0] > 1.0} if np.nanmax(times) < PARTS[1][1] else {}
+    if len({scale for scale, _ in above.values()}) < len(PARTS[:2]):  # minutes alone may be anything
+        above = {}
+    chosen = {**below, **above}
+    whole = times + sum((scale * c.values for scale, c in chosen.values()), np.zeros(1))
+    better = _rising(whole) > _rising(times) and _rising(whole) >= RISING_SHARE
+    return {k: scale for k, (scale, _) in chosen.items()} if better else {}
+
+
+def is_below_seconds(name: str) -> bool:
+    """Whether a column is called as the milliseconds, or less, of a clock."""
+    return any(re.fullmatch(pattern, _plain(name)) for scale, _, pattern in PARTS if scale < 1.0)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[ _-]+", " ", name.strip().lower())
+
+
+def _is_part(column: Column, name: str, most: float) -> bool:
+    if column.unit is not None and not (units.known(column.unit) and units.compatible(column.unit, "s")):
+        return False
+    values = np.asarray(column.values, dtype=np.float64)
+    return (
+        bool(re.fullmatch(name, _plain(column.name)))
+        and _is_whole(values)
+        and bool(np.nanmin(values) >= 0.0 and np.nanmax(values) < most)
+    )
+
+
+def _is_whole(values: Array) -> bool:
+    some = values[np.isfinite(values)]
+    return bool(len(some)) and bool(np.all(some == np.round(some)))
+
+
+def _rising(times: Array) -> float:
+    """Return the share of the steps of times that rise."""
+    steps = np.diff(times[np.isfinite(times)])
+    return np.count_nonzero(steps > 0.0) / max(len(steps), 1)
