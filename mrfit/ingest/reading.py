@@ -186,9 +186,7 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
     first, *others = headings.cut_at_headings(source, _teller(module))
     tables = _first_read(module, first.source)
     if others and sum(t.rows for t in tables) < 2:
-        text = f"{others[0].told()}: what stands above it has no two rows, and is not read"
-        first, *others = others
-        tables = [first.placed(t).finding("another-header", text) for t in _read_below(module, source, first)]
+        tables, others = _below_a_note(module, source, tables, others[0]), others[1:]
     for part in others:
         try:
             found = _read_below(module, source, part)
@@ -198,6 +196,23 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
         text = f"{part.told()}: its rows are read by it"
         tables += [part.placed(t).finding("another-header", text) for t in found]
     return tables
+
+
+def _below_a_note(module: Reader, source: Source, above: Sequence[Table], part: headings.HeadedPart) -> list[Table]:
+    """Return the tables of a log below a few values with a header of their own, as of the greatest force.
+
+    Raises
+    ------
+    Refusal
+        If a column has a name that stands above, too: which header holds is unclear.
+    """
+    found = _read_below(module, source, part)
+    if {c.name.lower() for t in above for c in t.columns} & {c.name.lower() for t in found for c in t.columns}:
+        raise Refusal(source.head.path, f"{part.told()} and no two rows stand above it", "delete what does")
+    text = f"{part.told()}: what stands above it has no two rows, and is not read"
+    lost = [RejectedRow("row above the header", int(n)) for t in above for n in t.lines]
+    found = [part.placed(t).finding("another-header", text) for t in found]
+    return [replace(t, refused=RejectedRows([*lost, *t.refused])) if t is found[0] else t for t in found]
 
 
 def _read_below(module: Reader, source: Source, part: headings.HeadedPart) -> list[Table]:

@@ -9,7 +9,7 @@ from typing import Any
 from mrfit.core.channels import CHANNELS
 
 _WRITTEN = {
-    "1": "|-|cycle|cycles|segment|segments|count|counts",
+    "1": "|-|no|nr|cycle|cycles|segment|segments|count|counts",
     "V": "volt|volts|v dc|в|伏",
     "A": "amp|amps|ampere|amperes|a dc|а|安|安培",
     "s": "s|sec|secs|second|seconds|sek|seg|segundos|sekunde|sekunden|secondes|secondi|saniye|sn|с|сек|秒",
@@ -20,7 +20,7 @@ _WRITTEN = {
     "day": "days",
     "N": "newton|newtons|н|牛|牛顿",
     "kN": "k n|кн|千牛",
-    "mA": "ma|mamp|mamps|milliamp|milliamps|ма|毫安",
+    "mA": "mamp|mamps|milliamp|milliamps|ма|毫安",
     "m": "米",
     "mm": "мм|毫米",
     "mm/s": "мм/с|毫米/秒",
@@ -67,7 +67,7 @@ CASE_SENSITIVE = {
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
     **{"Adc": "A", "Vdc": "V"},
     # no unit, or absurd, as written
-    **{"MM": "mm", "CM": "cm", "KN": "kN", "Kn": "kN", "KV": "kV", "Kg": "kg", "mv": "mV", "MA": "mA"},
+    **{"MM": "mm", "CM": "cm", "KN": "kN", "Kn": "kN", "KV": "kV", "Kg": "kg", "mv": "mV", "ma": "mA"},
     **{"mS": "ms", "MS": "ms", "uS": "us", "US": "us"},
 }
 WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}

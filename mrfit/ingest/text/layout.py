@@ -433,7 +433,7 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     above = [c for c in rows[-2] if c] if len(rows) > 1 else []
     if len(above) < len(filled) or not is_name_row(rows[-2]):
         return False
-    clocked = 2 * sum(known) >= len(filled)  # a row of units may have words for the times
+    clocked = 2 * sum(known) >= len(filled) > 2  # a row of units may have words for the times
     # pulses/turn has a unit behind its stroke, but is no name
     for cell, is_unit in zip(filled, known, strict=True):
         if _is_recognised(cell) and "/" not in cell and not is_unit and not (clocked and cell.lower() in TIME_NAMES):
