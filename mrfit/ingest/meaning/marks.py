@@ -27,10 +27,14 @@ SAME_MARK = 1e-7
 """Relative departure of a mark that was stored in single precision."""
 FAR_MARK, FAR_ALONE = 1.0, 4.0
 """Distance from the range of all others, in that range, of a mark in several rows, and in a single one."""
+FAR_LEVEL, LEVEL_ROWS = 20.0, 4096
+"""The same for any other number that stands exactly the same in several rows, and rows by which it is looked for."""
 SMOOTH_CHANNEL = 20.0
 """Range of a channel in its greatest ordinary steps from which it moves on smoothly."""
 MARK_JUMP = 5.0
 """Least step into a mark and out of it, in greatest ordinary steps of a smooth channel."""
+HELD_ROWS, SURE_MARK = 3, 99.0
+"""Rows of a single run that is a mark, and the least number that is one so: smaller ones are pulses of a channel."""
 FEWEST_MARK_LEVELS = 10
 """A channel of fewer values is a switch or a code."""
 CODES = 300
@@ -110,7 +114,13 @@ def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float
             (MISSING_MARKS >= low - SAME_MARK * abs(low)) & (MISSING_MARKS <= high + SAME_MARK * abs(high))
         ]
     ]
+    levels = [end for end in _far_ends(values, low, high) if end not in tried]
+    tried += levels
     places = {mark: rows for mark in tried if len(rows := series.places(lambda v, m=mark: _is(v, m), values))}
+    # marks nearer to each other than single precision are one: the nearest
+    first = {mark: float(series.at(values, rows[:1])[0]) for mark, rows in places.items()}
+    nearest = {v: min((m for m in places if first[m] == v), key=lambda m: abs(m - v)) for v in first.values()}
+    places = {mark: rows for mark, rows in places.items() if nearest[first[mark]] == mark}
     zeros = series.places(lambda v: v == 0.0, values) if low <= 0.0 <= high else np.empty(0, dtype=np.int64)
     if not places and not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return
@@ -119,6 +129,10 @@ def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float
         return
     for mark, rows in places.items():
         away = others.distance(mark)
+        if mark in levels:
+            if len(rows) > 1 and away > FAR_LEVEL * others.spread:
+                yield mark, rows
+            continue
         # a power of ten that stands once is a garbled number, which is said by itself
         enough = FAR_MARK if len(rows) > 1 else np.inf if float(np.log10(abs(mark))).is_integer() else FAR_ALONE
         is_far = away > (0.0 if mark in known else enough * others.spread)
@@ -126,6 +140,16 @@ def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float
             yield mark, rows
     if len(dropouts := _dropouts(values, zeros, others)):
         yield 0.0, dropouts
+
+
+def _far_ends(values: Values, low: float, high: float) -> list[float]:
+    """Return the ends of a channel that lie far from most of its values."""
+    some = series.thinned(values, max(1, len(values) // LEVEL_ROWS))
+    some = some[np.isfinite(some)]
+    if not len(some):
+        return []
+    bottom, top = np.percentile(some, (5.0, 95.0))
+    return [float(end) for end in (low, high) if max(bottom - end, end - top) > FAR_LEVEL * (top - bottom) > 0.0]
 
 
 def _is(values: Values, mark: float) -> Values:
@@ -183,18 +207,32 @@ def _runs(values: Values, rows: Values) -> _Runs:
 
 
 def _alone(values: Values, rows: Values, mark: float, others: _Others, fewest: int) -> Values:
-    """Return the rows at which a smooth channel jumps to a number and away; all, if it mostly does so.
+    """Return the rows at which a channel jumps to a number and away; all, if it mostly does so.
 
-    It has to do so ``fewest`` times.
-
-    Beside them the number may be the channel's own value at times.
+    It has to do so ``fewest`` times, by steps that are large against the ordinary ones of a smooth channel, or else
+    against those beside each run. Beside them the number may be the channel's own value at times.
     """
     runs = _runs(values, rows)
     before, behind = (np.nan_to_num(np.abs(v - mark), nan=np.inf) for v in (runs.before, runs.behind))
-    alone = np.minimum(before, behind) > MARK_JUMP * others.step
-    if not others.smooth or np.count_nonzero(alone) < fewest:
+    alone = np.minimum(before, behind) > MARK_JUMP * (others.step if others.smooth else _steps_beside(values, runs))
+    if np.count_nonzero(alone) < fewest and not (abs(mark) >= SURE_MARK and _is_held_apart(values, runs, alone)):
         return rows[:0]
     return rows if 2 * np.count_nonzero(alone) >= len(alone) else runs.rows(alone)
+
+
+def _steps_beside(values: Values, runs: _Runs) -> Values:
+    """Return the greatest step of a channel beside each run, and across it: how far it goes there by itself."""
+    ways = [_beside(values, edge, way) for edge, way in ((runs.first, -1), (runs.last, 1))]
+    steps = np.nan_to_num(np.abs(np.concatenate([np.diff(way, axis=0) for way in ways])), nan=np.inf)
+    across = np.nan_to_num(np.abs(runs.behind - runs.before), nan=np.inf) / (runs.last - runs.first + 2)
+    return np.asarray(np.maximum(steps.max(axis=0), across))
+
+
+def _is_held_apart(values: Values, runs: _Runs, alone: Values) -> bool:
+    """Whether one run, alone, is several rows long and the channel goes on behind it as it went before."""
+    length = runs.last - runs.first + 1
+    way = np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * _steps_beside(values, runs)
+    return bool(np.all(alone & way & (length >= HELD_ROWS)))
 
 
 def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:

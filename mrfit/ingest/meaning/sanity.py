@@ -26,9 +26,10 @@ CUT_GAPS, CUT_SHARE = 10, 0.2
 """Fewest times that it does so, and least share of all times that the signal leaves its limit."""
 CUT_DEPTH, CUT_TAIL = 0.2, 2.2
 """Share of the range by which it usually does so at most, and how much farther at least once: between two codes 2."""
-OUTLIER = 1000.0
+OUTLIER, MECHANICAL_OUTLIER = 1000.0, 100.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
+MECHANICAL = ("displacement", "velocity", "force", "angle", "torque")
 ALTERNATING = ("displacement", "velocity", "force", "current", "voltage", "flux", "angle", "torque")
 
 
@@ -106,8 +107,8 @@ def _outlier(name: str, values: Array, middle: float, dt: float) -> Finding | No
         rows, far = np.append(rows, begin + top), np.append(far, away[top])
         order = np.argsort(-far, kind="stable")[: FEW_OUTLIERS + 1]
         rows, far = rows[order], far[order]
-    usual = np.maximum(far, abs(middle))
-    alone = [n for n in range(1, len(far)) if usual[n] > 0.0 and far[n - 1] > OUTLIER * usual[n]]
+    usual, least = np.maximum(far, abs(middle)), MECHANICAL_OUTLIER if name in MECHANICAL else OUTLIER
+    alone = [n for n in range(1, len(far)) if usual[n] > 0.0 and far[n - 1] > least * usual[n]]
     if not alone or len(values) < 16:
         return None
     first = int(rows[: alone[-1]].min())
