@@ -33,6 +33,7 @@ from mrfit.ingest.text.layout import (
     find_header,
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
+from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.stated_names import with_stated_names
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
@@ -81,9 +82,14 @@ def read(source: Source) -> list[Table]:
     if not header.names:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
-    table = read_grid(source, grid, header, data)
-    table = table if factors is None else factors.applied(table, source.rules)
-    return [replace(table, findings=(*table.findings, *said, *stated))]
+    beside = () if source.rules.where or source.block or factors else tests_beside(header)
+    if beside:
+        text = f"{len(beside)} tests stand side by side, each with times of its own: each is a recording"
+        said.append(Finding("side-by-side", "", None, text))
+    tables = [own_rows(read_grid(source, grid, header_of(header, c), data, c)) for c in beside]
+    tables = tables or [read_grid(source, grid, header, data)]
+    tables = tables if factors is None else [factors.applied(tables[0], source.rules)]
+    return [replace(t, findings=(*t.findings, *said, *stated)) for t in tables]
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:
@@ -139,11 +145,16 @@ def _rises_evenly(head: Head, grid: TextGrid, column: int) -> bool:
     return bool(np.all(steps > 0.0) and np.ptp(steps) < 0.1 * np.mean(steps))
 
 
-def read_grid(source: Source, grid: TextGrid, header: Header, data: Text | None = None) -> Table:
-    """Return the table of a text log whose layout and header are known; ``data`` is its text where it was rewritten."""
+def read_grid(
+    source: Source, grid: TextGrid, header: Header, data: Text | None = None, columns: range | None = None
+) -> Table:
+    """Return the table of a text log whose layout and header are known.
+
+    ``data`` is its text where it was rewritten; of ``columns`` alone, where others are of another test.
+    """
     head = source.head
     rows = _sample_rows(head, grid)
-    kinds = _kinds(rows, grid)
+    kinds = [kind if columns is None or k in columns else "other" for k, kind in enumerate(_kinds(rows, grid))]
     form = long_format(header, kinds)
     sorting = form.texts if form else ()
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]

@@ -1,0 +1,46 @@
+"""Tests that stand side by side in one table, each in columns of the same names that begin with its times."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.ingest.table import Table
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
+
+COPY_MARK = re.compile(r"[._ ]\d+$")
+"""What pandas and spreadsheets put behind a name that stood there already."""
+
+
+def tests_beside(header: Header) -> list[range]:
+    """Return the columns of each test; none where the columns are of one test.
+
+    Columns without a name, which part the tests, belong to none.
+    """
+    called = [COPY_MARK.sub("", name.strip().lower()) for name in header.names]
+    begins = [k for k, name in enumerate(called) if name in TIME_NAMES | DATE_NAMES and name == called[0]]
+    if len(begins) < 2 or begins[0] != 0:
+        return []
+    edges = [*begins, len(called)]
+    groups = [range(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    groups = [range(g.start, 1 + max(k for k in g if called[k])) for g in groups]
+    first = [called[k] for k in groups[0]]
+    same = all([called[k] for k in g] == first for g in groups)
+    plain = all(header.names[k].strip().lower() == called[k] for k in groups[0])
+    return groups if same and plain and len(first) > 2 else []
+
+
+def header_of(header: Header, columns: range) -> Header:
+    """Return a header that names the columns of one test by the names of the first, and no others."""
+    first = header.names[: len(columns)]
+    names = [first[k - columns.start] if k in columns else "" for k in range(len(header.names))]
+    written = [unit if k in columns else None for k, unit in enumerate(header.units)]
+    return replace(header, names=tuple(names), units=tuple(written))
+
+
+def own_rows(table: Table) -> Table:
+    """Return a table without the rows at its end in which nothing of it stands, since another test was longer."""
+    values = [c.values for c in (*table.columns, *([table.time] if table.time else []))]
+    filled = np.flatnonzero(np.logical_or.reduce([~np.isnan(v) for v in values]))
+    rows = int(filled[-1]) + 1 if len(filled) else 0
+    return table if rows == table.rows else table.cut(lambda v: v[:rows], table.refused)
