@@ -419,8 +419,9 @@ def _summary(
 
 
 def _in_words(separation: SeparationRow) -> str:
-    impossible = separation.eddy < -2.0 * separation.eddy_error
-    note = "; eddy currents cannot give energy: the loops differ by more than these parts explain" if impossible else ""
+    eddy, error = separation.eddy or 0.0, separation.eddy_error or 0.0
+    note = "; eddy currents cannot give energy: the loops differ by more than these parts explain"
+    note = note if eddy < -2.0 * error else ""
     frequencies = ", ".join(f"{f:.3g}" for f in separation.frequencies)
     return (
         f"{separation.amplitude:.3g} A ({frequencies} Hz): loop area = "

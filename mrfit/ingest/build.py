@@ -195,7 +195,7 @@ def _factored(table: Table, rules: Rules) -> Table:
 def _times(table: Table, origin: LogOrigin) -> RowTimes:
     stated = origin.rules.dt or table.dt
     if table.time is not None:
-        values, scale, assumed = in_seconds(table.time, origin.rules, origin.path)
+        values, scale, assumed = in_seconds(table.time, origin.rules, origin.path, stated)
         whose = "map" if origin.rules.dt else "header"
         if stated is None or not _stand_still(values) or whose == "header" and not _lasts(values, stated):
             return RowTimes(values, stated, _last_digit(table.time, scale), tuple(assumed))

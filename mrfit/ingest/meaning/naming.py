@@ -46,6 +46,8 @@ OF_CONTAINERS = frozenset("signals signal values value data out1".split())
 """Parts of a path that name no quantity, but what programs keep one in."""
 SIZE_SAMPLES = 20000
 """Numbers by which the size of a channel is judged."""
+SAME_QUANTITY = 1e-3
+"""Greatest difference, in the greatest value, of columns that hold one quantity in two units."""
 LOOP = (3.6e-3, 21e-3)
 """Current in A of a sensor's loop of 4 to 20 mA."""
 
@@ -238,6 +240,16 @@ def _unmapped(name: str, column: Column) -> Signal:
     return Signal(name, conversion.unit, values, column.index)
 
 
+def _is_in_two_units(columns: Sequence[Column], channel: str) -> bool:
+    """Whether columns are one quantity in several units."""
+    unit = unit_of(channel)
+    if any(c.unit is None or not units.compatible(c.unit, unit) for c in columns) or len({c.unit for c in columns}) < 2:
+        return False
+    values = [units.to_unit(c.unit or unit, unit).scale * c.values[0:SIZE_SAMPLES] for c in columns]
+    size = float(np.nanmax(np.abs(values[0])))
+    return all(bool(np.nanmax(np.abs(v - values[0])) <= SAME_QUANTITY * size) for v in values[1:])
+
+
 def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> dict[int, str]:
     """Return id(column) -> canonical channel where exactly one column has the best claim to it.
 
@@ -254,10 +266,16 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
         rivals = [(s, c) for s, c in rivals if id(c) not in claims]
         best = [c for s, c in rivals if s == max(r for r, _ in rivals)]
         if len(best) > 1:
-            shown = " and ".join(f"'{c.name}'" for c in best)
-            text = f"{shown} may all be the {name}: name one in a channel map"
-            findings.append(Finding("ambiguous-channel", name, None, text))
-        elif best:
+            same = _is_in_two_units(best, name)
+            shown = " and ".join(f"'{c.name}' in {c.unit}" if same else f"'{c.name}'" for c in best)
+            told = (
+                f"are the same {name}: the first is taken"
+                if same
+                else f"may all be the {name}: name one in a channel map"
+            )
+            findings.append(Finding("twice" if same else "ambiguous-channel", name, None, f"{shown} {told}"))
+            best = best[:1] if same else []
+        if best:
             claims[id(best[0])] = name
             if best[0].unit is None:
                 text = (

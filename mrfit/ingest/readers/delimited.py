@@ -20,6 +20,7 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, Layout, number_pattern, split
 from mrfit.ingest.text.decimal_comma import pairs_in, with_points
 from mrfit.ingest.text.head import Head, Text
+from mrfit.ingest.text.labelled_numbers import labels_of, without_labels
 from mrfit.ingest.text.layout import (
     CLOCK,
     COMMENTS,
@@ -31,6 +32,7 @@ from mrfit.ingest.text.layout import (
     TextGrid,
     find_grid,
     find_header,
+    name_and_unit,
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
 from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside
@@ -68,6 +70,8 @@ def read(source: Source) -> list[Table]:
         source, data = with_points(source, width, data)
         text = "commas part the fields and stand for the decimal point: every second field is read as decimals"
         said.append(Finding("decimal-comma", "", None, text))
+    if labels := labels_of(source.head.lines):
+        source, data = without_labels(source, data)
     grid = find_grid(source.head)
     factors = factor_row(source, grid)
     if factors is not None:
@@ -76,6 +80,9 @@ def read(source: Source) -> list[Table]:
     head = source.head
     header = find_header(head, grid)
     grid = replace(grid, first=max(grid.first, header.first))
+    if len(labels) == grid.width:
+        names, written = zip(*map(name_and_unit, labels), strict=True)
+        header = Header(names, written, frozenset(), grid.first)
     header, stated = with_stated_names(head, grid, header)
     if header.short:
         header = _with_row_names(source, grid, header)

@@ -43,6 +43,7 @@ TIME_FORMS = (
     _form(rf"\d+ days? {CLOCK_TEXT}", "day", r"\1"),
     _form(rf"(?:\d{{4}}-)?[0-3]\d\d[T:/ ]{CLOCK_TEXT}", ":", r"\1"),
     _form(r"([0-5]?\d:[0-5]\d[.,]\d+)", ":", r"00:\1"),
+    _form(rf"[\['](\d[\dT:./ -]*:{SECONDS_TEXT})\]?", ":", r"\1"),
     # at the beginning of a row: elsewhere a number with its unit may be a statement of the header
     WrittenTime(re.compile(rf'(?m:^)("? *\d+(?:[.,]\d+)?) ?(?:s|secs?|seconds?){FIELD_END}'), "s", r"\1"),
 )

@@ -21,12 +21,18 @@ DAYS = {"as spreadsheets count them": (20000.0, 80000.0), "as MATLAB counts them
 """Numbers of days of this century."""
 SHORTEST_DAY = 2e-5
 """Longest sample interval in days, 1.7 s, by which a number of days is known; as seconds it would be far too short."""
+SAME_INTERVAL = 0.01
+"""Relative departure of a step of the times from the interval that the header states."""
 ROUND_STEP = 1e-4
 """Relative departure of a step in seconds from two digits, from which it is none of seconds."""
 
 
-def in_seconds(time: Column, rules: Rules, path: str) -> tuple[Array, float, list[Finding]]:
+def in_seconds(
+    time: Column, rules: Rules, path: str, stated: float | None = None
+) -> tuple[Array, float, list[Finding]]:
     """Return the times of a column in s, the length of its unit in s, and what was assumed.
+
+    A unit that is not written is the one in which the steps are the interval that the header states.
 
     Raises
     ------
@@ -48,7 +54,7 @@ def in_seconds(time: Column, rules: Rules, path: str) -> tuple[Array, float, lis
         text = told + ": taken as {}; a channel map can say another"
     first, since = _first(time.values), ""
     if not unit:
-        guess, since = _guessed(time.values, first)
+        guess, since = _guessed(time.values, first, stated)
         told = f"{guess}{since}"
         if since or not (rule is not None and not time.unit or time.name.lower() in ("second", "seconds", "sec")):
             said.append(Finding("unit-assumed", "", None, text.format(told)))
@@ -88,13 +94,16 @@ def unit_since_1970(first: float) -> str | None:
     return named[0] if named else None
 
 
-def _guessed(values: Array, first: float) -> tuple[str, str]:
-    """Return the unit that numbers without one show, and since when they count."""
+def _guessed(values: Array, first: float, stated: float | None) -> tuple[str, str]:
+    """Return the unit that numbers without one show, and by what or since when they count."""
     if unit := unit_since_1970(first):
         return unit, " since 1970, and given from its first value"
     some = values[0 : series.SERIES_CHUNK]
     steps = np.diff(some[np.isfinite(some)])
     step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
+    for unit in ("ms", "us"):
+        if stated and abs(step * units.to_unit(unit, "s").scale / stated - 1.0) < SAME_INTERVAL:
+            return unit, ", in which its steps are the interval that the header states"
     for said, (low, high) in DAYS.items():
         if low <= first < high and 0.0 < step < SHORTEST_DAY and not _is_round(step):
             return "d", f" ({said}), and given from its first value"
