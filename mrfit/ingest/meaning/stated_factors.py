@@ -15,6 +15,11 @@ STATED_FACTOR = re.compile(
     re.IGNORECASE,
 )
 """A word and the first number behind it, or a number of times."""
+OF_A_SENSOR = re.compile(
+    r"\d(?:[.,]\d+)?(?:e[+-]?\d+)? ?(?:[^\W\d]+/(?:m?V|LSB|counts?|bits?|digits?)|mV/[^\W\d]+)\b(?<!/div)",
+    re.IGNORECASE,
+)
+"""What a sensor gives: ``500 N/V``, ``0.01 mm/count``, ``2 mV/N``."""
 OF_INSTRUMENTS = re.compile(
     r"\b(?:probe|vertical|horizontal|time ?base|time|full[ -]?scale|grid|zoom|display|div|filter|date|range|y-?scale"
     r"|channel \d|ch ?\d|certificate|valid|due|until|controller|pid|[pid] gain|attenuation)|\d\.\d+\.\d",
@@ -34,6 +39,8 @@ def with_stated_factors(table: Table, lines: Sequence[str]) -> Table:
 
 
 def _states_factor(line: str) -> bool:
+    if OF_A_SENSOR.search(line):
+        return True
     found = STATED_FACTOR.search(line)
     if found is None or found["number"] is not None and OF_INSTRUMENTS.search(line):
         return False

@@ -28,7 +28,7 @@ _WRITTEN = {
     "V*s": "vs|v.s",
     "mV*s": "mvs",
     "Wb": "wb-t",
-    "degC": "c|degc|deg c|deg_c|°c|ºc|℃|celsius|degrees c|degree c|grad c|grad celsius|grados c|摄氏度",
+    "degC": "c|degc|deg c|deg_c|deg. c|°c|ºc|℃|celsius|degrees c|degree c|grad c|grad celsius|grados c|摄氏度",
     "degF": "f|degf|deg f|deg_f|°f|ºf|℉|fahrenheit|degrees f|degree f",
     "deg": "°|º|degrees",
     "percent": "%",
@@ -67,7 +67,18 @@ CASE_SENSITIVE = {
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
     **{"Adc": "A", "Vdc": "V"},
     # no unit, or absurd, as written
-    **{"MM": "mm", "CM": "cm", "KN": "kN", "Kn": "kN", "KV": "kV", "Kg": "kg", "mv": "mV", "ma": "mA"},
+    **{
+        "MM": "mm",
+        "CM": "cm",
+        "KN": "kN",
+        "Kn": "kN",
+        "KV": "kV",
+        "Kg": "kg",
+        "mv": "mV",
+        "ma": "mA",
+        "kn": "kN",
+        "a": "A",
+    },
     **{"mS": "ms", "MS": "ms", "uS": "us", "US": "us"},
 }
 WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}

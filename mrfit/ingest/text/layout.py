@@ -295,7 +295,7 @@ def _without_labels(cells: list[str]) -> list[str]:
     """Return a line of a header without the label that every cell repeats; nothing where it tells no units."""
     found = [LABELLED.fullmatch(c) for c in cells if c]
     labels = {m[1].lower() for m in found if m}
-    if len(found) < 2 or None in found or len(labels) > 1:
+    if len(found) < 2 or len(labels) > 1 or any(m is None or is_name(m[2]) for m in found):
         return cells
     return [m[2] if (m := LABELLED.fullmatch(c)) else "" for c in cells] if labels <= UNIT_LABELS else []
 

@@ -31,7 +31,7 @@ RATE_LABELS = (
 )
 SPAN_LABELS = (
     rf"(?<!\w)(?:dt|Δt|delta[ _]?t)(?={_SOME_S}|\W*(?:0?[.,]\d+$|[\d.,]+e-\d+))",
-    rf"(?<!\w)ts(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx *[:=]",
+    rf"(?<!\w)ts(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx *[:=]|^\W*hresolution",
     rf"^\W*(?:time )?intervall?(?=\W*[muµn]?s\W|{_SOME_S})",
     rf"(?:logging|logged|sampled|recorded) every(?={_SOME_S})",
     r"abtast(?:intervall|zeit|periode)|time per (?:point|sample)|storage cycle",
