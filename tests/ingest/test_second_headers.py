@@ -102,3 +102,24 @@ def test_marks_of_overload_between_two_rows_of_units_are_no_names(
     assert read.units == units and (read.rows_kept, read.rows_refused) == (240, 2)
     for values, column, scale in zip(read.channels.values(), (1, 2), (first, 1e-3), strict=True):
         np.testing.assert_allclose(values, [scale * round(r[column], 4) for r in ROWS], atol=1e-12)
+
+
+LOG = "Time (s),Displacement (mm),Force (N)\n" + "\n".join(_rows(",", 240)) + "\n"
+PEAKS = "Cycle,Peak force (N),Energy (J)\n1,703,12.1\n2,702,12.0\n3,702,12.0\n"
+
+
+@pytest.mark.parametrize(
+    "text", [f"{PEAKS}\n{LOG}", f"{LOG}\n{PEAKS}", f"Results\nPeak (kN),Stroke at peak (mm)\n0.7,16\n\n{LOG}"]
+)
+def test_a_small_table_without_times_refuses_no_log(text: str, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    (record,) = mrfit.read(tmp_path / "log.csv")
+    assert record.rows_kept == 240 and set(record.channels) == {"displacement", "force"}
+    assert "not read" in " ".join(f.text for f in record.findings)
+
+
+def test_a_table_without_times_as_long_as_the_log_is_asked_for(tmp_path: Path) -> None:
+    peaks = "Cycle,Peak force (N)\n" + "".join(f"{k},{700 + k % 7}\n" for k in range(240))
+    (tmp_path / "log.csv").write_text(f"{LOG}\n{peaks}", encoding="utf-8")
+    with pytest.raises(DataError, match="no time column"):
+        mrfit.read(tmp_path / "log.csv")

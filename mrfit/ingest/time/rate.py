@@ -235,6 +235,8 @@ def _plain(number: str, delimiter: str, decimal: str, united: bool) -> str | Non
     """
     if (grouped := GROUPED.fullmatch(number)) and (grouped[1] != "." or decimal == ","):
         mark, rest = grouped.groups()
+        if mark == delimiter and len(set(each := number.split(mark))) == 1:
+            return each[0]  # the same for every channel
         if mark == (delimiter or " ") and not united and number[number.index(mark) + 1] != "0":
             return None
         if mark in ".," and not rest and decimal != ".":

@@ -193,3 +193,33 @@ def test_a_current_switched_to_zero_is_zero_by_itself() -> None:
     for log in sorted((Path(__file__).parents[3] / "datasets" / "damper").glob("*.csv")):
         current = np.loadtxt(log, delimiter=",", skiprows=2, usecols=3)
         assert np.count_nonzero(current == 0.0) > 20 and _missing(current) == []
+
+
+FAST = np.round(660.0 * np.tanh(200.0 * np.cos(2 * np.pi * 2 * T)) + 2.0 * NOISE, 2)
+"""A force that turns within a few samples, so that its ordinary steps are no measure."""
+
+
+@pytest.mark.parametrize("rows", [[*range(900, 906)], [110, 400, 1300, 2600]])
+@pytest.mark.parametrize("mark", [-999.0, 999.9])
+def test_marks_near_a_channel_that_hops(mark: float, rows: list[int]) -> None:
+    assert _missing(_laid(FAST, mark, rows)) == rows
+
+
+def test_a_pulse_and_a_peak_that_is_cut_are_no_marks() -> None:
+    cut = np.minimum(1100.0 * SINE + NOISE, 999.0)
+    assert _missing(cut) == []
+    assert _missing(_laid(0.01 * FAST, 9.99, [*range(900, 906)])) == []
+
+
+@pytest.mark.parametrize(("rows", "found"), [([*range(900, 906)], True), ([700, 1900], True), ([700], False)])
+def test_any_number_far_from_all_others_that_stands_again(rows: list[int], found: bool) -> None:
+    assert _missing(_laid(FAST, -200321.5, rows)) == (rows if found else [])
+
+
+def test_a_number_of_ten_ranges_is_kept() -> None:
+    assert _missing(_laid(MOTION, 123.25, [*range(900, 906)])) == []
+
+
+def test_of_marks_that_are_nearly_one_the_nearest_is_said() -> None:
+    _, (said,) = without_marks([Column("a", None, _laid(FAST, 1e6, SEVERAL), 0)])
+    assert said.text.startswith("'a': 1000000 in 4 rows stands")

@@ -43,6 +43,15 @@ def test_names_and_units(header: list[tuple[str, str | None]], channels: list[tu
     assert _names(*header) == channels
 
 
+@pytest.mark.parametrize(("factor", "kinds"), [(4.4482216152605, ["twice"]), (4.0, ["ambiguous-channel"])])
+def test_one_quantity_in_two_units_is_taken_once(factor: float, kinds: list[str]) -> None:
+    pounds, newtons = _columns(("Load", "lbf"), ("Load", "N"))
+    newtons = replace(newtons, values=factor * np.asarray(pounds.values))
+    signals, findings = name_signals([pounds, newtons], Rules(), "log.csv")
+    assert [f.kind for f in findings] == kinds
+    assert ("force" in {s.name for s in signals}) == (kinds == ["twice"])
+
+
 def test_map_comes_first_and_scales() -> None:
     rules = Rules(
         channels={

@@ -18,7 +18,12 @@ ROWS = "".join(f"{k * 0.005:.3f},{k % 7 * 0.1:.1f},{k % 11}\n" for k in range(20
         ("Range: Force 10x", True),
         ("Kraft Faktor;2,5", True),
         ("Force: y = 10*x + 0", True),
+        ("Load cell: 500 N/V", True),
+        ("Resolution: 0.01 mm/count", True),
+        ("Sensitivity: 2 mV/N", True),
         # nothing is multiplied
+        ("Damping: 500 N/mm", False),
+        ("CH2 500 mV/div", False),
         ("Gain: 1", False),
         ("Scale factor: 1.0", False),
         ("Scaling: none", False),

@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mrfit.ingest.refusal import Refusal
@@ -177,3 +178,60 @@ def test_no_log_with_units_in_its_names_is_said_to_give_none(
     assert not [f.text for f in record.findings if "no unit" in f.text]
     if names[1] != "Bolt" and spelling in SPELLINGS:
         assert record.units == {"force": "N"} and record.channels["force"][0] == 500.0
+
+
+K = np.arange(300)
+STROKE, FORCE = np.round(10.0 * np.sin(0.05 * K), 3), np.round(800.0 * np.cos(0.05 * K), 1)
+
+
+def _table(times: list[str], delimiter: str = ",", behind: str = "") -> str:
+    rows = zip(times, STROKE, FORCE, strict=True)
+    return "".join(delimiter.join(filter(None, map(str, row))) + behind + "\n" for row in rows)
+
+
+SECONDS = [f"{2e-3 * k:.3f}" for k in K]
+HEADERS = {
+    "labels and equals signs": (
+        "Interval=\t0.002 s\nChannelTitle=\tStroke\tForce\nRange=\t50 mm\t5.0 kN\nUnitName=\tmm\tN\nTopValue=\t50\t5\n",
+        _table(SECONDS, "\t"),
+    ),
+    "labels, and rows without times": (
+        '"TraceName","Stroke","Force"\n"BlockSize",300,300\n"VUnit","mm","N"\n"SampleRate",500,500\n"HUnit","s","s"\n',
+        "".join(f",{line}\n" for line in _table([""] * 300).splitlines()),
+    ),
+    "labels, and a line that names the times": (
+        "Name,Stroke,Force\nUnit,mm,N\nRange,50,5000\nTime [s],,\n",
+        _table(SECONDS),
+    ),
+    "a label in every cell": ("time,Stroke,Force\n,Unit: mm,Unit: N\n,Interp: zoh,Interp: zoh\n", _table(SECONDS)),
+    "words between names and units": (
+        "Time\tStroke\tForce\nMX_0\tMX_0 CH=1\tMX_0 CH=2\ns\tmm\tN\nSensor: -\tSensor: WA\tSensor: U10\n",
+        _table(SECONDS, "\t"),
+    ),
+    "comments below the names": ('"Time","CH1[mm]","CH2[N]"\n"","Stroke","Load"\n', _table(SECONDS)),
+    "a number and a clock above units": ("Time,CH1 Stroke,CH2 Force\nTime,mm,N\n", _table(SECONDS)),
+    "units behind commas": ("Time, s,Stroke, mm,Force, N\n", _table(SECONDS)),
+    "blanks between names and numbers": ("# time (s) stroke (mm) force (N)\n", _table(SECONDS, " ")),
+    "quoted names between blanks": ('"Time (s)" "Stroke (mm)" "Force (N)"\n', _table(SECONDS, " ")),
+    "full-width brackets": ("时间（秒）,位移（毫米）,载荷（牛）\n", _table(SECONDS)),
+    "empty columns at the right": ("Time (s),Stroke (mm),Force (N),,,,,\n", _table(SECONDS, behind=",,,,,")),
+    "empty columns of the rows alone": ("Time (s),Stroke (mm),Force (N)\n", _table(SECONDS, behind=",,,")),
+}
+
+
+@pytest.mark.parametrize("kind", HEADERS)
+def test_headers_of_programs(kind: str, read_log: ReadLog) -> None:
+    (record,) = read_log("".join(HEADERS[kind]))
+    assert record.dt == pytest.approx(2e-3)
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * STROKE)
+    np.testing.assert_allclose(record.channels["force"], FORCE)
+
+
+def test_a_note_with_units_in_brackets_is_no_row_of_units(read_log: ReadLog) -> None:
+    (record,) = read_log("Units: metric (mm, N, s)\nTime,Stroke,Force\n" + _table(SECONDS))
+    assert "unit-assumed" in {f.kind for f in record.findings}
+
+
+def test_runs_named_in_every_cell_stay_names(read_log: ReadLog) -> None:
+    (record,) = read_log("Run 1: Time (s),Run 1: Stroke (mm),Run 1: Force (N)\n" + _table(SECONDS))
+    np.testing.assert_allclose(record.channels["force"], FORCE)

@@ -26,6 +26,8 @@ FORMS = {
     "year and day": "{t:%Y-%jT%H:%M:%S}.{ms}",
     "days": "{days} days {t:%H:%M:%S}.{ms}",
     "minutes": "{t:%M:%S}.{ms}",
+    "brackets": "[{t:%H:%M:%S}.{ms}]",
+    "an apostrophe": "'{t:%Y-%m-%d %H:%M:%S}.{ms}",
     "seconds": "{seconds:.3f} s",
     "sec": "{seconds:.3f} sec",
 }

@@ -22,6 +22,17 @@ def read(
     return np.asarray(seconds[:]), scale, " ".join(f.text for f in said)
 
 
+@pytest.mark.parametrize(
+    ("stated", "step", "expected"), [(2e-3, 2.0, 2e-3), (2e-3, 2000.0, 2e-3), (2e-3, 3.0, 3.0), (None, 2.0, 2.0)]
+)
+def test_a_unit_that_is_not_written_is_told_by_the_interval_of_the_header(
+    stated: float | None, step: float, expected: float
+) -> None:
+    seconds, _, (said,) = in_seconds(Column("time", None, step * np.arange(4.0), 0), Rules(), "log.csv", stated)
+    assert seconds[1] == pytest.approx(expected)
+    assert ("interval that the header states" in said.text) == (expected != step)
+
+
 @pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)])
 def test_a_unit_of_the_file_is_taken_at_its_word(unit: str, scale: float) -> None:
     seconds, found, said = read([0.0, 1.0, 2.0], unit)

@@ -1,0 +1,50 @@
+"""Tests side by side in one table are recordings of their own, where each has its times and all have the same names."""
+
+import numpy as np
+import pytest
+
+from tests.ingest.conftest import ReadLog
+
+K = np.arange(300)
+FORCE = np.round(800.0 * np.cos(0.05 * K), 1)
+
+
+def _rows(second: int = 300, apart: str = ",") -> str:
+    left = [f"{2e-3 * k:.3f},{0.1 * k:.1f},{f}" for k, f in zip(K, FORCE, strict=True)]
+    right = [f"{4e-3 * k:.3f},{0.2 * k:.1f},{-f}" if k < second else ",," for k, f in zip(K, FORCE, strict=True)]
+    return "".join(f"{a}{apart}{b}\n" for a, b in zip(left, right, strict=True))
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time,Stroke,Force,Time,Stroke,Force\ns,mm,N,s,mm,N\n",
+        "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n",
+        "I = 0 A,,,I = 1 A,,\nTime (s),Stroke (mm),Force (N),Time (s),Stroke (mm),Force (N)\n",
+    ],
+)
+@pytest.mark.parametrize("second", [300, 200])
+def test_tests_with_times_of_their_own(header: str, second: int, read_log: ReadLog) -> None:
+    one, two = read_log(header + _rows(second))
+    assert (one.dt, two.dt) == (pytest.approx(2e-3), pytest.approx(4e-3))
+    np.testing.assert_allclose(one.channels["force"], FORCE)
+    np.testing.assert_allclose(two.channels["force"], -FORCE[:second])
+    assert "side-by-side" in {f.kind for f in one.findings}
+    assert two.rows_refused == 0
+
+
+def test_a_blank_column_between_them(read_log: ReadLog) -> None:
+    one, two = read_log("Time (s),Stroke (mm),Force (N),,Time (s),Stroke (mm),Force (N)\n" + _rows(apart=",,"))
+    assert set(one.channels) == set(two.channels) == {"displacement", "force"}
+
+
+def test_a_clock_for_each_channel_is_of_one_test(read_log: ReadLog) -> None:
+    rows = "".join(f"{2e-3 * k:.3f},{f},{2e-3 * k:.3f},{0.1 * k:.1f}\n" for k, f in zip(K, FORCE, strict=True))
+    (record,) = read_log("Time (s),Force (N),Time (s),Stroke (mm)\n" + rows)
+    assert {"displacement", "force"} <= set(record.channels)
+
+
+def test_a_channel_map_reads_the_table_as_one(read_log: ReadLog) -> None:
+    header = "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n"
+    (record,) = read_log(header + _rows(), channel_map='[channels]\nforce = {column = 5, unit = "N"}\n')
+    np.testing.assert_allclose(record.channels["force"][::2], -FORCE[:150])
