@@ -73,7 +73,7 @@ class LogOutcome:
     refusals: tuple[Refusal, ...]
 
 
-SUMMARY_ROWS, FEWEST_SAMPLES, SUMMARY_SHARE = 200, 20, 10.0
+SUMMARY_ROWS, FEWEST_LOG_ROWS, SUMMARY_SHARE = 200, 20, 10.0
 """Rows below which a table beside a log is none, without an interval and with one, and how much longer the log is."""
 
 MEMORY_FOR_A_BYTE = 6
@@ -408,4 +408,4 @@ def _without_summaries(tables: Sequence[Table]) -> tuple[list[Table], list[Findi
 
 def _fewest_rows(table: Table) -> int:
     """Return the rows from which on a table beside a log is one itself: more where nothing states an interval."""
-    return SUMMARY_ROWS if table.dt is None else FEWEST_SAMPLES
+    return SUMMARY_ROWS if table.dt is None else FEWEST_LOG_ROWS

@@ -89,7 +89,7 @@ SINCE = re.compile(
 )
 """What follows a unit in ``days since 2024-01-01``, ``mm; AVE``, ``N, LP 100 Hz`` and ``Amp.``."""
 RATIO_IN_CAPITALS = re.compile(r"[A-Z]+/[A-Z]+2?")
-IN_FULL = re.compile(
+UNITS_IN_FULL = re.compile(
     r"(?:micro|milli|centi|kilo)?(?:met(?:er|re)|newton|ampere|volt|second|gram|hertz|pascal|watt|joule|pound)s?|lbf|kips?",
     re.IGNORECASE,
 )
@@ -136,7 +136,7 @@ def spelled(text: str) -> str:
     bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)
     if RATIO_IN_CAPITALS.fullmatch(bare):
         bare = "/".join(CASE_SENSITIVE.get(part, part.lower()) for part in bare.split("/"))
-    elif IN_FULL.fullmatch(bare):
+    elif UNITS_IN_FULL.fullmatch(bare):
         bare = bare.lower()
     bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", bare)  # m/s2
     return SPELLINGS.get(bare.lower(), bare)

@@ -12,7 +12,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, Header, TextGrid, aliases_of, is_name, name_and_unit
 
 NUMBERED_COLUMN = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|ai|col|column|spalte)[ _.#-]*(\d+)", re.IGNORECASE)
-LISTED = re.compile(r"\W*(?:col(?:umn)?|ch(?:annel)?|spalte)?\.?[ #]*(\d+)\s*[:=.)-]?\s+(\S.*)", re.IGNORECASE)
+LISTED_COLUMN = re.compile(r"\W*(?:col(?:umn)?|ch(?:annel)?|spalte)?\.?[ #]*(\d+)\s*[:=.)-]?\s+(\S.*)", re.IGNORECASE)
 """A line that names a column by its number."""
 OTHER_WORDS = {"displacement": "length"}
 """Quantities that a note on units may be on, beside a channel's own names."""
@@ -38,7 +38,7 @@ def with_stated_names(head: Head, grid: TextGrid, header: Header) -> tuple[Heade
 
 def _listed(lines: Sequence[str], grid: TextGrid, header: Header) -> Header:
     """Return the header that a list of numbered columns gives, counted from 0 or 1; the same one without a list."""
-    found = [m for line in lines if (m := LISTED.fullmatch(line.strip()))]
+    found = [m for line in lines if (m := LISTED_COLUMN.fullmatch(line.strip()))]
     numbers = [int(m[1]) for m in found]
     if len(numbers) != grid.width or numbers not in (list(range(grid.width)), list(range(1, grid.width + 1))):
         return header

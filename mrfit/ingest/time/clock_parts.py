@@ -10,7 +10,7 @@ from mrfit.core.specs import Array
 from mrfit.ingest.meaning import units
 from mrfit.ingest.table import Column, Table
 
-PARTS = (
+CLOCK_PARTS = (
     (3600.0, 24.0, r"(?:h|hh|hrs?|hours?|stunden?)"),
     (60.0, 60.0, r"(?:m|mi|mins?|minutes?|minuten?)"),
     (1e-3, 1e3, r"(?:time )?(?:ms|msecs?|mseconds?|millis?|millisec(?:ond)?s?|millisekunden)"),
@@ -52,10 +52,10 @@ def _parts(table: Table) -> dict[int, float]:
     times = np.asarray(table.time.values, dtype=np.float64)
     if table.time.unit is not None and not (units.known(table.time.unit) and units.compatible(table.time.unit, "s")):
         return {}
-    found = {c.index: (scale, c) for c in table.columns for scale, most, name in PARTS if _is_part(c, name, most)}
+    found = {c.index: (scale, c) for c in table.columns for scale, most, name in CLOCK_PARTS if _is_part(c, name, most)}
     below = {k: p for k, p in found.items() if p[0] < 1.0} if _is_whole(times) else {}
-    above = {k: p for k, p in found.items() if p[0] > 1.0} if np.nanmax(times) < PARTS[1][1] else {}
-    if len({scale for scale, _ in above.values()}) < len(PARTS[:2]):  # minutes alone may be anything
+    above = {k: p for k, p in found.items() if p[0] > 1.0} if np.nanmax(times) < CLOCK_PARTS[1][1] else {}
+    if len({scale for scale, _ in above.values()}) < len(CLOCK_PARTS[:2]):  # minutes alone may be anything
         above = {}
     chosen = {**below, **above}
     whole = times + sum((scale * c.values for scale, c in chosen.values()), np.zeros(1))
@@ -65,7 +65,7 @@ def _parts(table: Table) -> dict[int, float]:
 
 def is_below_seconds(name: str) -> bool:
     """Whether a column is called as the milliseconds, or less, of a clock."""
-    return any(re.fullmatch(pattern, _plain(name)) for scale, _, pattern in PARTS if scale < 1.0)
+    return any(re.fullmatch(pattern, _plain(name)) for scale, _, pattern in CLOCK_PARTS if scale < 1.0)
 
 
 def _plain(name: str) -> str:

@@ -21,7 +21,7 @@ DAYS = {"as spreadsheets count them": (20000.0, 80000.0), "as MATLAB counts them
 """Numbers of days of this century."""
 SHORTEST_DAY = 2e-5
 """Longest sample interval in days, 1.7 s, by which a number of days is known; as seconds it would be far too short."""
-SAME_INTERVAL = 0.01
+SAME_STEP = 0.01
 """Relative departure of a step of the times from the interval that the header states."""
 ROUND_STEP = 1e-4
 """Relative departure of a step in seconds from two digits, from which it is none of seconds."""
@@ -102,7 +102,7 @@ def _guessed(values: Array, first: float, stated: float | None) -> tuple[str, st
     steps = np.diff(some[np.isfinite(some)])
     step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
     for unit in ("ms", "us"):
-        if stated and abs(step * units.to_unit(unit, "s").scale / stated - 1.0) < SAME_INTERVAL:
+        if stated and abs(step * units.to_unit(unit, "s").scale / stated - 1.0) < SAME_STEP:
             return unit, ", in which its steps are the interval that the header states"
     for said, (low, high) in DAYS.items():
         if low <= first < high and 0.0 < step < SHORTEST_DAY and not _is_round(step):
