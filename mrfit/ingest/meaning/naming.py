@@ -170,12 +170,15 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
 
 
 def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
-    """Return the column a map means: by header name, whatever its case, or by place counted from 0."""
+    """Return the column a map means: by header name, whatever its case, by name and unit, or by place from 0."""
     if isinstance(wanted, int):
         found = [c for c in columns if c.index == wanted]
     else:
-        names = [w.strip().lower() for w in ([wanted] if isinstance(wanted, str) else wanted)]
+        cells = [wanted] if isinstance(wanted, str) else wanted
+        names = [w.strip().lower() for w in cells]
         found = [c for c in columns if c.name.strip().lower() in names]
+        # a cell as it stands in the header, which its reader has split
+        found = found or [c for c in columns if c.unit and (c.name, c.unit) in map(name_and_unit, cells)]
     if len(found) == 1:
         return found[0]
     there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)

@@ -231,6 +231,8 @@ def _time_column(
     if rule is not None:
         wanted = rule.column
         names = [n.lower() for n in header.names]
+        if isinstance(wanted, str) and wanted.lower() not in names:
+            wanted = name_and_unit(wanted)[0]  # a cell as it stands in the header
         place = wanted if isinstance(wanted, int) else names.index(wanted.lower()) if wanted.lower() in names else -1
         if place in numeric or place in stamps:
             return place

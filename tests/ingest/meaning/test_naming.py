@@ -52,6 +52,16 @@ def test_one_quantity_in_two_units_is_taken_once(factor: float, kinds: list[str]
     assert ("force" in {s.name for s in signals}) == (kinds == ["twice"])
 
 
+@pytest.mark.parametrize(("wanted", "found"), [("F (kN)", True), ("F (N)", False)])
+def test_a_map_may_name_a_column_as_its_header_does(wanted: str, found: bool) -> None:
+    rules = Rules(channels={"force": ChannelRule(column=wanted, unit="kN")})
+    if not found:
+        with pytest.raises(Refusal, match="no column"):
+            _names(("F", "kN"), rules=rules)
+    else:
+        assert _names(("F", "kN"), rules=rules) == [("force", "N")]
+
+
 def test_map_comes_first_and_scales() -> None:
     rules = Rules(
         channels={
