@@ -1,8 +1,8 @@
 """From named arrays, as MAT, HDF5 and TDMS files hold them, to tables."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,27 +13,21 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.containers.attributes import unit_beside
+from mrfit.ingest.containers.labels import LONGEST_LABEL, MOST_LABELS, is_name_list, labels_of
 from mrfit.ingest.containers.memory import Room
+from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
+from mrfit.ingest.containers.runs import conditions_in, only_logs, tests_of
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
 from mrfit.ingest.time.clocks import is_called_clock, is_clock
-from mrfit.ingest.time.rate import LONG_BARE, interval, of_kind, rate_missing
+from mrfit.ingest.time.rate import rate_missing
 
-INTERVAL_NAMES = (
-    *("ts", "dt", "delta_t", "sample_time", "sampletime", "wf_increment"),
-    *("sample_interval", "sampling_interval", "sample_period", "sampling_period"),
-)
-ARRAY_RATE_NAMES = (
-    *("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate"),
-    *("sample_frequency", "sampling_frequency"),
-)
-DECIMATIONS = ("decimation", "decimation_factor", "decimate", "downsampling", "downsample")
-SAME_INTERVAL = 1e-3
-"""Relative difference of intervals that are one, printed or computed differently."""
 MANY_NUMBERS, SHOWN_ARRAYS = 1e6, 20
 """Numbers that are not unpacked without need, and names shown of those that hold them."""
+DEEPEST_PATH = 12
+"""Parts of a path that are followed."""
 WIDEST_MATRIX = 64
 """A matrix with more columns than this is no set of channels."""
 
@@ -52,6 +46,10 @@ class Arrays:
         Name -> single numbers.
     texts
         Name -> single texts.
+    lists
+        Name -> several texts.
+    labels
+        Name of a signal -> what it is called and, perhaps, its unit, where the file says it elsewhere.
     outside
         Names of arrays that the file says lie in another one, which is not opened.
     room
@@ -66,6 +64,8 @@ class Arrays:
     units: dict[str, str] = field(default_factory=dict)
     scalars: dict[str, float] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
+    lists: dict[str, list[str]] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
     outside: list[str] = field(default_factory=list)
     room: Room | None = None
     shelf: Shelf | None = None
@@ -77,8 +77,8 @@ class Arrays:
         ``units`` are the texts of its unit: one, one for each column, or its letters.
         """
         array = value if isinstance(value, FileArray) else np.asarray(value)
-        if array.dtype.kind == "U" and array.size == 1:
-            self.texts[name] = str(np.asarray(value).reshape(()))
+        if array.dtype.kind == "U":
+            self.tell(name, np.asarray(value).ravel().tolist())
         if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
             return
         if array.size == 1:
@@ -90,6 +90,13 @@ class Arrays:
         elif min(array.shape) <= WIDEST_MATRIX:
             array = array if array.shape[0] >= array.shape[1] else array.T
             self._add([f"{name}[{k}]" for k in range(array.shape[1])], array, units)
+
+    def tell(self, name: str, texts: Sequence[str]) -> None:
+        """Take one text, or a list of as many as may be the names or units of a matrix."""
+        if len(texts) == 1:
+            self.texts[name] = texts[0]
+        elif 1 < len(texts) <= MOST_LABELS and max(map(len, texts)) <= LONGEST_LABEL:
+            self.lists[name] = [text.strip() for text in texts]
 
     def another(self) -> "Arrays":
         """Return an empty set whose numbers are kept in the same places."""
@@ -166,14 +173,14 @@ def check_times(source: Source, arrays: Sequence[tuple[str, str]], stated: Seque
     for whole, unit in arrays:
         name, bracketed = name_and_unit(re.split(r"[./]", whole)[-1])
         timed = is_called_clock(name, unit or bracketed) or is_called_clock(name, None)
-        if timed or name.lower() in {*DATE_NAMES, *INTERVAL_NAMES, *ARRAY_RATE_NAMES}:
+        if timed or name.lower() in DATE_NAMES or kind_of(name) or is_name_list(whole):
             return
-    if {name.lower() for name in stated}.isdisjoint({*INTERVAL_NAMES, *ARRAY_RATE_NAMES}):
+    if not any(kind_of(name) or is_name_list(name) for name in stated):
         raise rate_missing(source.head.path, [excerpt(name) for name, _ in arrays[:SHOWN_ARRAYS]])
 
 
 def tables_of(arrays: Arrays, source: Source) -> list[Table]:
-    """Return one table for every length of arrays; where some have a time vector, those without are left out.
+    """Return the tables of each test in its order: one for every length of arrays, if some have times only of those.
 
     Raises
     ------
@@ -184,6 +191,82 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
         raise Refusal(source.head.path, _elsewhere(arrays), "copy the numbers into the file (`h5repack` does)")
     if not arrays.signals:
         raise Refusal(source.head.path, "no numeric array of two or more numbers", "save the signals as vectors")
+    names, units = labels_of(list(arrays.signals), arrays.lists)
+    arrays.labels, arrays.units = names | arrays.labels, units | arrays.units
+    tests = tests_of(list(arrays.signals), {name: len(values) for name, values in arrays.signals.items()})
+    tables: list[Table] = []
+    for part, condition, history in _parts(arrays, tests, source):
+        made = [replace(t, condition=condition, history=history) for t in _tables(part, source)]
+        tables += made
+    findings = tuple(arrays.findings)
+    if arrays.outside:
+        findings += (Finding("not-read", "", None, f"{_elsewhere(arrays)}: left out"),)
+    if tests:
+        shown = few([f"'{excerpt(name)}'" for name in tests], 8)
+        text = f"the file holds {len(tests)} tests, in this order: {shown}"
+        findings += (Finding("several-tests", "", None, text),)
+    logs = only_logs(tables, source)
+    return [replace(logs[0], findings=(*findings, *logs[0].findings)), *logs[1:]]
+
+
+def _parts(
+    arrays: Arrays, tests: Mapping[str, Sequence[str]], source: Source
+) -> Iterator[tuple[Arrays, dict[str, float], tuple[str, ...]]]:
+    """Yield the arrays of each test, with its condition and its name in the history; first those beside the tests.
+
+    A test has the clock beside the tests where it has none of its own. What is said beside the tests is said of each.
+    """
+    if not tests:
+        yield arrays, {}, ()
+        return
+    within = {name for names in tests.values() for name in names}
+    beside = [name for name in arrays.signals if name not in within]
+    order = {name: k for k, name in enumerate(arrays.signals)}
+    wanted = source.rules.time.column if source.rules.time else None
+    clocks = _time(beside, arrays, wanted, order)
+    parts = []
+    for test, names in tests.items():
+        rows = {len(arrays.signals[n]) for n in names}
+        taken = [] if _time(list(names), arrays, wanted, order) else clocks
+        taken = [n for n in taken if len(arrays.signals[n]) in rows]
+        part = _part(arrays, [*taken, *names], test, tests)
+        own = {k: v for k, v in part.scalars.items() if "." not in k}
+        history = (f"test '{excerpt(test)}' of the file",)
+        parts.append((part, conditions_in(own, part.units | _units_of(own, part)), history))
+        beside = [n for n in beside if n not in taken]
+    if beside:
+        yield _part(arrays, beside, "", tests), {}, ()
+    yield from parts
+
+
+def _units_of(scalars: Mapping[str, float], arrays: Arrays) -> dict[str, str]:
+    return {name: unit for name in scalars if (unit := unit_beside(name, arrays.texts, ("_", ".")))}
+
+
+def _part(arrays: Arrays, names: Sequence[str], test: str, tests: Mapping[str, Any]) -> Arrays:
+    """Return some arrays, called as within a test, with what is said of them and of the whole file."""
+    begin = f"{test}." if test else "."
+
+    def told(about: Mapping[str, Any]) -> dict[str, Any]:
+        inside = {name.removeprefix(begin): value for name, value in about.items() if name.startswith(begin)}
+        others = {
+            f".{name.lstrip('.')}": value
+            for name, value in about.items()
+            if not any(name == other or name.startswith(f"{other}.") for other in tests)
+        }
+        return others | inside
+
+    part = arrays.another()
+    called = {name: name.removeprefix(begin) for name in names}
+    part.signals = {called[name]: arrays.signals[name] for name in names}
+    part.labels = {called[name]: arrays.labels[name] for name in names if name in arrays.labels}
+    part.scalars, part.texts = told(arrays.scalars), told(arrays.texts)
+    part.units = told(arrays.units) | {called[name]: arrays.units[name] for name in names if name in arrays.units}
+    return part
+
+
+def _tables(arrays: Arrays, source: Source) -> list[Table]:
+    """Return one table for every length of arrays; where some have a time vector, those without are left out."""
     order = {name: k for k, name in enumerate(arrays.signals)}
     groups = grouped((len(values), name) for name, values in arrays.signals.items())
     wanted = source.rules.time.column if source.rules.time else None
@@ -191,10 +274,10 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
     chosen = timed or list(groups)
     left = [name for size in groups if size not in chosen for name in groups[size]]
-    findings = (*arrays.findings, *((_left_out(left, arrays),) if left else ()))
-    if arrays.outside:
-        findings += (Finding("not-read", "", None, f"{_elsewhere(arrays)}: left out"),)
-    return [_table(groups[s], times[s], arrays, order, findings) for s in sorted(chosen, reverse=True)]
+    tables = [_table(groups[size], times[size], arrays, order) for size in chosen]
+    return (
+        [replace(tables[0], findings=(_left_out(left, arrays), *tables[0].findings)), *tables[1:]] if left else tables
+    )
 
 
 def _elsewhere(arrays: Arrays) -> str:
@@ -212,21 +295,23 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
     if wanted is not None:
         return [n for n in names if n == wanted or order[n] == wanted]
     for known in (TIME_NAMES, DATE_NAMES):
-        called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in known]
+        called = [n for n in names if name_and_unit(_called(n, arrays))[0].lower() in known]
         if rising := [n for n in called if series.rises(arrays.signals[n])]:
             return rising
     return [n for n in names if is_clock(_column(n, arrays, order[n]))]
+
+
+def _called(name: str, arrays: Arrays) -> str:
+    return arrays.labels.get(name) or name.rpartition(".")[2]
 
 
 def _equal(one: Array, two: Array) -> bool:
     return all(np.array_equal(a, b, equal_nan=True) for a, b in series.chunks(one, two))
 
 
-def _table(
-    names: list[str], times: list[str], arrays: Arrays, order: Mapping[str, int], findings: tuple[Finding, ...]
-) -> Table:
+def _table(names: list[str], times: list[str], arrays: Arrays, order: Mapping[str, int]) -> Table:
     columns = {n: _column(n, arrays, order[n]) for n in names}
-    dt, unclear = (None, ()) if times else _stated(names, arrays)
+    dt, unclear = (None, ()) if times else stated_rate(_told(names, arrays))
     rows = len(arrays.signals[names[0]])
     copies = {n for n in times if _equal(arrays.signals[n], arrays.signals[times[0]])}
     return Table(
@@ -234,44 +319,32 @@ def _table(
         series.counted(rows, series.in_memory(arrays.signals[names[0]])),
         time=columns[times[0]] if times else None,
         dt=dt,
-        findings=(*findings, *unclear),
+        findings=unclear,
     )
 
 
 def _column(name: str, arrays: Arrays, index: int) -> Column:
     stated = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".")) or None
-    bare, unit = (name, stated) if name.endswith("]") else name_and_units(name, stated)
+    called = arrays.labels.get(name, name)
+    bare, unit = (name, stated) if called.endswith("]") and called == name else name_and_units(called, stated)
     return Column(bare, unit, arrays.signals[name], index)
 
 
-def _stated(names: Sequence[str], arrays: Arrays) -> tuple[float | None, tuple[Finding, ...]]:
-    """Return the sample interval that scalars state for these arrays, or None, and a finding where they disagree."""
-    intervals: dict[str, float] = {}
-    bare, odd = list[str](), list[str]()
-    for name, value in arrays.scalars.items():
+def _told(names: Sequence[str], arrays: Arrays) -> list[StatedNumber]:
+    """Return what may state the rate of these arrays: all that is said, but of other arrays or of their group."""
+    own, all_places = ({place for n in some for place in _places(n)} for some in (names, arrays.signals))
+    told = []
+    for name, value in (*arrays.scalars.items(), *arrays.texts.items()):
         of, _, word = name.rpartition(".")
-        word = word.lower()
-        if value <= 0.0 or of in arrays.signals and of not in names:
-            continue
-        if word in (*INTERVAL_NAMES, *ARRAY_RATE_NAMES):
-            written = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".", ""))
-            kind = "s" if word in INTERVAL_NAMES else "Hz"
-            unit = of_kind(written, kind) or of_kind(written, "s") if written else kind
-            text = f"{name} = {value:g} {written}".strip()
-            intervals[text] = interval(value, unit) if unit else np.nan
-            if not unit:
-                odd.append(text)
-            if not written and intervals[text] > LONG_BARE:
-                bare.append(f"{text} without a unit")
-        elif word in DECIMATIONS and value != 1.0:
-            intervals[f"{name} = {value:g}"] = np.nan
-    if not any(np.isfinite(dt) for dt in intervals.values()):
-        text = f"the file states {' and '.join(odd)}: not used"
-        return None, (Finding("rate-unclear", "", None, text),) if odd else ()
-    first = next(iter(intervals.values()))
-    if len(bare) == len(intervals):
-        return None, (Finding("rate-unclear", "", None, f"the file states {' and '.join(bare)}: not used"),)
-    if all(abs(dt / first - 1.0) < SAME_INTERVAL for dt in intervals.values()):
-        return first, ()
-    text = f"the file states {' and '.join(intervals)}: not used"
-    return None, (Finding("rate-unclear", "", None, text),)
+        of = of.strip(".")
+        if may_tell(word) and (of in own or of not in all_places):
+            unit = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".", ""))
+            told.append(StatedNumber(word, value, unit, "" if of in own else of))
+    return told
+
+
+def _places(name: str) -> list[str]:
+    """Return a signal's name, that of its matrix, those of the groups around it, and an empty one for the file."""
+    matrix = re.sub(r"\[\d+\]$", "", name)
+    parts = matrix.split(".")[:DEEPEST_PATH]
+    return [name, matrix, *(".".join(parts[:k]) for k in range(len(parts)))]

@@ -59,6 +59,8 @@ def units_in(about: Mapping[Any, Any]) -> list[str]:
 def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> str:
     """Return the text that states the unit of a number, as ``dt_unit`` or ``units.dt`` of ``dt``; empty without one.
 
+    It stands beside the number or in a group further out.
+
     Parameters
     ----------
     name
@@ -68,11 +70,14 @@ def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> st
     marks
         What may stand between a name and the word for its unit.
     """
-    low = {key.lower(): text for key, text in texts.items()}
-    parent, dot, leaf = name.rpartition(".")
-    within = [f"{parent}{dot}{word}.{leaf}" for word in UNIT_KEYS[:2]]
-    beside = [f"{name}{mark}{word}" for mark in marks for word in UNIT_KEYS[:2]]
-    return next((text for key in (*beside, *within) if (text := low.get(key.lower()))), "")
+    low = {key.lower().lstrip("."): text for key, text in texts.items()}
+    parents, leaf = name.lower().split(".")[:-1], name.lower().rpartition(".")[2]
+    found = [
+        *(f"{leaf}{mark}{word}" for mark in marks for word in UNIT_KEYS[:2]),
+        *(f"{w}.{leaf}" for w in UNIT_KEYS[:2]),
+    ]
+    keys = (".".join([*parents[:depth], one]) for depth in range(len(parents), -1, -1) for one in found)
+    return next((text for key in keys if (text := low.get(key))), "")
 
 
 def decoded(text: Any) -> str:

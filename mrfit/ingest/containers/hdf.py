@@ -12,12 +12,15 @@ import numpy as np
 from mrfit.core.recording import Finding
 from mrfit.ingest.containers.arrays import WIDEST_MATRIX, Arrays, FileArray, check_times
 from mrfit.ingest.containers.attributes import ScaledDataset, UnclearPacking, decoded, doubt_of, packing_of, units_in
+from mrfit.ingest.containers.labels import MOST_LABELS
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Source
 
 DEEPEST_GROUP = 6
 """Structs in structs that are followed."""
+LONGEST_TEXT = 10_000
+"""Bytes of a text of fixed length that is read."""
 MOST_VALUES = 20_000
 """References that are followed: those of a few arrays, each to the next, may be more than there is time for."""
 
@@ -241,6 +244,8 @@ def _visit(arrays: Arrays, name: str, item: Any) -> None:
                 arrays.add(f"{dotted}.{column}", np.asarray(item[column]), [written.get(column, "")])
         if item.dtype.kind in "fiu":
             _add(arrays, dotted, item, units)
+        elif _is_text(item.dtype) and item.size <= MOST_LABELS:
+            arrays.tell(dotted, _texts(item[()]))
     _attributes(arrays, dotted, item.attrs)
 
 
@@ -271,13 +276,21 @@ def _unwritten(item: Any) -> float:
 
 
 def _attributes(arrays: Arrays, name: str, attributes: Any) -> None:
-    import h5py
-
     for key in attributes:
         about = attributes.get_id(key)
-        if about.shape is None or math.prod(about.shape) != 1:
-            continue
-        if about.dtype.kind in "fiu":
+        size = 0 if about.shape is None else math.prod(about.shape)
+        if size == 1 and about.dtype.kind in "fiu":
             arrays.scalars.setdefault(f"{name}.{key}", float(np.asarray(attributes[key]).reshape(())))
-        elif about.dtype.kind == "S" or h5py.check_string_dtype(about.dtype):
-            arrays.texts.setdefault(f"{name}.{key}", decoded(np.asarray(attributes[key]).reshape(()).item()))
+        elif 0 < size <= MOST_LABELS and _is_text(about.dtype):
+            arrays.tell(f"{name}.{key}", _texts(attributes[key]))
+
+
+def _is_text(kind: Any) -> bool:
+    """Whether a type is that of texts, none so long that a few bytes may stand for more than there is room for."""
+    import h5py
+
+    return kind.itemsize <= LONGEST_TEXT if kind.kind == "S" else h5py.check_string_dtype(kind) is not None
+
+
+def _texts(values: Any) -> list[str]:
+    return [decoded(text) for text in np.asarray(values).ravel().tolist()]

@@ -20,6 +20,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.containers.arrays import WIDEST_MATRIX, Arrays, check_times, tables_of
 from mrfit.ingest.containers.hdf import matlab_variables
+from mrfit.ingest.containers.labels import told_by_headers
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import damaged
 from mrfit.ingest.table import Source, Table
@@ -115,6 +116,7 @@ def read(source: Source) -> list[Table]:
         for variables in _variables(path, source):
             for name, value in variables.items():
                 _take(found, name, value, DEEPEST_STRUCT)
+    told_by_headers(found.arrays)
     tables = [table for arrays in found.captures for table in tables_of(arrays, source)]
     if not tables:
         return tables_of(found.arrays, source)
@@ -204,6 +206,8 @@ def _take(found: _FileArrays, name: str, value: Any, depth: int) -> None:
     if fields is None:
         if not (isinstance(value, np.ndarray) and value.dtype == object):
             found.arrays.add(name, value)
+        elif value.size and all(isinstance(item, str) for item in value.ravel()):
+            found.arrays.tell(name, value.ravel().tolist())
         elif depth and value.size <= WIDEST_MATRIX:  # a cell array, or a struct array such as Simulink's signals
             for k, item in enumerate(value.ravel()):
                 _take(found, f"{name}{_label(item) or f'[{k}]'}", item, depth - 1)

@@ -148,4 +148,4 @@ def test_a_rate_of_scalars_is_believed_where_nothing_speaks_against_it(
 def test_each_array_may_have_its_own_rate() -> None:
     arrays = Arrays({"force": np.arange(9.0), "current": np.arange(18.0)})
     arrays.scalars = {"force.fs": 500.0, "current.fs": 1000.0}
-    assert [(t.rows, t.dt) for t in tables_of(arrays, _source())] == [(18, 1e-3), (9, 2e-3)]
+    assert [(t.rows, t.dt) for t in tables_of(arrays, _source())] == [(9, 2e-3), (18, 1e-3)]

@@ -1,0 +1,83 @@
+"""Names and units beside arrays: lists for the columns of a matrix, and headers of channels as catman writes them."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mrfit.core.grouping import grouped
+from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, name_and_unit
+
+NAME_LISTS = frozenset(
+    "channelnames channels labels label names colheaders columnnames columns colnames headers header signalnames "
+    "signals varnames variablenames variables".split()
+)
+UNIT_LISTS = frozenset("channelunits units unit columnunits colunits signalunits".split())
+MOST_LABELS, LONGEST_LABEL = 64, 200
+"""Texts that a list of names has at most, and characters of each."""
+DATA, HEADER, FILE_HEADER = "_Data", "_Header", "File_Header"
+"""Ends of the names of a channel's numbers and of what is said of them in catman's MAT-files, and that of the file."""
+
+
+def is_name_list(name: str) -> bool:
+    """Whether an array called so may hold the names of a matrix's columns."""
+    return _word(name) in NAME_LISTS
+
+
+def _word(name: str) -> str:
+    return re.sub(r"[\W_]+", "", re.split(r"[./]", name)[-1]).lower()
+
+
+def labels_of(signals: Sequence[str], lists: Mapping[str, Sequence[str]]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the names and the units of columns of matrices, as lists beside each of as many texts say them.
+
+    A list is part of the matrix (an attribute), or stands beside it, or further out; the nearest one holds, and of
+    several the one with more known names.
+
+    Parameters
+    ----------
+    signals
+        Names of the arrays; columns are called ``x[0]``, ``x[1]`` and so on.
+    lists
+        Lists of texts by name.
+    """
+    columns = [match for name in signals if (match := re.fullmatch(r"(.+)\[\d+\]", name))]
+    names: dict[str, str] = {}
+    units: dict[str, str] = {}
+    for base, members in grouped((match[1], match[0]) for match in columns).items():
+        for words, found in ((NAME_LISTS, names), (UNIT_LISTS, units)):
+            near = [
+                (len(parent), sum(map(_is_known, texts)), texts)
+                for key, texts in lists.items()
+                if len(texts) == len(members)
+                and _word(key) in words
+                and f"{base}.".startswith(f"{parent}." if (parent := key.strip(".").rpartition(".")[0]) else "")
+            ]
+            if near:
+                chosen = max(near, key=lambda item: item[:2])[2]
+                found.update((m, t) for m, t in zip(members, chosen, strict=True) if t)
+    return names, units
+
+
+def _is_known(text: str) -> bool:
+    name, unit = name_and_unit(text)
+    return unit is not None or name.lower() in TIME_NAMES or bool(aliases_of(name))
+
+
+def told_by_headers(arrays: Any) -> None:
+    """Give the channels of a MAT-file as catman exports it the name, the unit and the rate of their headers.
+
+    ``Channel_1_Header`` has ``SignalName``, ``Unit`` and ``SampleFrequency`` of ``Channel_1_Data``; the rate that
+    ``File_Header`` states is that of the quickest.
+    """
+    texts, scalars = arrays.texts, arrays.scalars
+    for name in [n for n in arrays.signals if n.endswith(DATA)]:
+        head = f"{name.removesuffix(DATA)}{HEADER}."
+        if label := texts.get(f"{head}SignalName"):
+            arrays.labels[name] = label[:LONGEST_LABEL]
+        if unit := texts.get(f"{head}Unit"):
+            arrays.units.setdefault(name, unit)
+        for told in (texts, scalars):
+            if (rate := told.pop(f"{head}SampleFrequency", None)) is not None:
+                told[f"{name}.SampleFrequency"] = rate
+                for of_file in (texts, scalars):
+                    of_file.pop(f"{FILE_HEADER}.SampleFrequency", None)

@@ -1,0 +1,168 @@
+"""Sample rates and intervals that attributes, properties and fields of a file state, by one rule for all formats."""
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.recording import Finding
+from mrfit.ingest.containers.attributes import decoded
+from mrfit.ingest.meaning import units
+from mrfit.ingest.refusal import excerpt
+from mrfit.ingest.time.rate import (
+    DECIMATION,
+    LONG_BARE,
+    OTHERWISE,
+    SPAN_WORDS,
+    STATED_RATE,
+    interval,
+    of_kind,
+)
+
+INTERVAL_NAMES = (
+    *("ts", "dt", "deltat", "sampletime", "wfincrement", "sampleinterval", "samplinginterval"),
+    *("sampleperiod", "samplingperiod"),
+)
+RATE_NAMES = (
+    *("fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq"),
+    *("samplingfreq", "acquisitionrate", "scanrate"),
+)
+UNIT_SUFFIXES = ("hz", "khz", "mhz", "s", "sec", "seconds", "ms", "us", "ns")
+"""Words at the end of a name that say the unit of its number; as here, of ``mhz`` nobody means the small one."""
+DECIMATIONS = ("decimation", "decimate", "downsampling", "downsample")
+PLAIN_WORDS = frozenset(
+    "sample samples sampling scan acquisition rate frequency freq interval period time fs dt "
+    "daq data ai ch channel channels signal signals file actual nominal measurement device".split()
+)
+"""Words of the name of a rate, and those that may stand beside it where it is that of the rows."""
+SAME_INTERVAL = 1e-3
+"""Relative difference of intervals that are one, printed or computed differently."""
+LONGEST_STATEMENT = 60
+"""Characters of a text that may state a number with its unit."""
+MARKED = re.compile(r"\d[\d.,' ]*[.,' ]\d+\s*[A-Za-z/]+")
+"""A number with marks that may part thousands, and a unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatedNumber:
+    """A number with its name and unit, as a file states them; both may be texts, and the unit empty.
+
+    ``within`` names what of the file it is part of, where that is not what the table is made of.
+    """
+
+    name: str
+    value: Any
+    unit: str = ""
+    within: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Statement:
+    text: str
+    interval: float
+    sort: str
+    bare: bool
+
+
+MAY_TELL = re.compile(r"fs|ts|dt|delta|increment|rate|freq|interval|period|time|sampl|decimat|thin|averag|divi", re.I)
+"""Letters without which no name states a rate, nor what speaks against one."""
+
+
+def may_tell(name: str) -> bool:
+    """Whether a name may be that of a rate, or of what speaks against one."""
+    return bool(MAY_TELL.search(name))
+
+
+def kind_of(name: str) -> str:
+    """Return ``Hz`` for the name of a sample rate, ``s`` for that of an interval, with or without a unit; else ""."""
+    return _named(_words(name))[0]
+
+
+def _words(name: str) -> list[str]:
+    """Return the words of ``SampleRate``, ``sample_rate_hz`` or ``Sample Rate (Hz)`` in lower-case letters."""
+    return [w.lower() for w in re.split(r"[\W_]+", re.sub(r"(?<=[a-z]{2})(?=[A-Z][a-z])", " ", name)) if w]
+
+
+def _named(words: list[str]) -> tuple[str, str]:
+    """Return the kind of what words name, and the unit that the last of them is; empty where there is none."""
+    unit = words[-1] if len(words) > 1 and words[-1] in UNIT_SUFFIXES else ""
+    bare = "".join(words[:-1] if unit else words)
+    kind = "s" if bare in INTERVAL_NAMES else "Hz" if bare in RATE_NAMES else ""
+    return kind, {"khz": "kHz", "mhz": "MHz", "hz": "Hz"}.get(unit, unit)
+
+
+def stated_rate(told: Iterable[StatedNumber]) -> tuple[float | None, tuple[Finding, ...]]:
+    """Return the sample interval in s that a file states, or None, and a finding if it states none without a doubt.
+
+    In doubt are, as in a header of text, rates that differ, a rate beside a decimation, and rates of a camera, a
+    filter or a display; a number without a unit that makes an interval above 1 s may be in ms or kHz.
+    """
+    found = [statement for one in told if (statement := _statement(one))]
+    clear = [s for s in found if s.sort == "clear"]
+    if not any(math.isfinite(s.interval) for s in clear):
+        return None, _unclear(_one_of_each(s for s in found if s.sort != "thinned"))
+    if all(s.bare for s in clear):
+        return None, _unclear([f"{s.text} without a unit" for s in clear])
+    rivals = [s for s in found if s.sort in ("clear", "rival", "thinned")]
+    first = next(s for s in clear if math.isfinite(s.interval)).interval
+    if all(abs(s.interval / first - 1.0) < SAME_INTERVAL for s in rivals):
+        return first, ()
+    return None, _unclear(_one_of_each(rivals))
+
+
+def _one_of_each(found: Iterable[_Statement]) -> list[str]:
+    """Return the texts of statements, one for each interval: many channels may state the same."""
+    return list({f"{s.interval:.6g} {s.sort}": s.text for s in found}.values())
+
+
+def _unclear(texts: list[str]) -> tuple[Finding, ...]:
+    shown = " and ".join(texts[:3]) + (f" and {len(texts) - 3} more" if len(texts) > 3 else "")
+    return (Finding("rate-unclear", "", None, f"the file states {shown}: not used"),) if texts else ()
+
+
+def _statement(told: StatedNumber) -> _Statement | None:
+    """Return what a number says of the rate; None where it says nothing."""
+    words = _words(told.name)
+    kind, suffix = _named(words)
+    number, written, odd = _number(told.value)
+    written = written or told.unit or suffix
+    shown = f"{told.within}.{told.name}".lstrip(".")
+    text = excerpt(f"{shown} = {told.value if odd else f'{number:g}'} {'' if odd else written}".strip())
+    if odd:
+        return _Statement(text, np.nan, "clear", False) if kind else None
+    if not (math.isfinite(number) and number > 0.0):
+        return None
+    around = " ".join([*_words(told.within), *words])
+    if "".join(w for w in words if w != "factor") in DECIMATIONS or DECIMATION.fullmatch(" ".join(words)):
+        return _Statement(text, np.nan, "thinned", False) if number != 1.0 else None
+    sort = "clear"
+    if not kind:
+        label = re.sub(r"\d", "", " ".join(w for w in words if w != suffix.lower()))
+        match = STATED_RATE.search(f"{label}: {number:.15g} {written}")
+        if match is None or match.end("number") < len(label):
+            return None
+        sort = "rival" if match["other"] or set(label.split()) - PLAIN_WORDS else "clear"
+        kind = "s" if match["span"] or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
+    unit = (of_kind(written, kind) or of_kind(written, "s") if written else kind) or ""
+    dt = interval(number, unit) if unit else np.nan
+    sort = "doubtful" if OTHERWISE.search(around) else sort
+    return _Statement(text, dt, sort, not written and dt > LONG_BARE)
+
+
+def _number(value: Any) -> tuple[float, str, bool]:
+    """Return a number, its unit, and whether a text may mean two numbers; nan for what is no number."""
+    if isinstance(value, (str, bytes)):
+        text = decoded(value).strip()
+        if len(text) > LONGEST_STATEMENT:
+            return math.nan, "", False
+        said = units.quantity(text)
+        return (*said, False) if said else (math.nan, "", bool(MARKED.fullmatch(text)))
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        return math.nan, "", False
+    try:
+        return float(value), "", False
+    except OverflowError:
+        return math.nan, "", False

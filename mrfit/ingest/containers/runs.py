@@ -1,0 +1,112 @@
+"""Tests that a file of named arrays holds side by side, and tables of a file that are no logs."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from mrfit.core.channels import unit_of
+from mrfit.core.counting import few
+from mrfit.core.grouping import grouped
+from mrfit.core.recording import Finding
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.naming import OF_CONTAINERS
+from mrfit.ingest.refusal import excerpt
+from mrfit.ingest.table import Source, Table
+from mrfit.ingest.text.layout import aliases_of, name_and_unit
+
+TEST_WORDS = re.compile(
+    r"(?<![a-z])(?:tests?|runs?|trials?|exp(?:eriments?)?|rec(?:ord(?:ing)?s?)?|meas(?:urements?)?|versuch|messung|lauf"
+    r"|essai|prova|ensayo)(?![a-z])",
+    re.IGNORECASE,
+)
+"""Words in the names of groups that are tests of their own."""
+DEEPEST_TEST = 6
+"""Groups in groups in which tests are looked for."""
+FEW_ROWS, FAR_FEWER = 32, 10
+"""A table without times of so few rows, and so many times fewer than another has, is no log."""
+
+
+def tests_of(names: Sequence[str], lengths: Mapping[str, int]) -> dict[str, list[str]]:
+    """Return the groups or elements of a struct array that are tests, in their order, with the arrays in each.
+
+    Such groups lie beside each other and hold arrays of the same names. As sensors do so too, they are tests only if
+    they are called so, are elements of a struct array, or have lengths that differ; and if an array is called as a
+    channel is, or a number alone tells them apart.
+
+    Parameters
+    ----------
+    names
+        Paths of the arrays, with dots.
+    lengths
+        Of the arrays.
+    """
+    inside: dict[str, dict[str, list[str]]] = {}
+    for name in names:
+        parts = name.split(".")
+        for depth in range(1, min(len(parts), DEEPEST_TEST + 1)):
+            inside.setdefault(".".join(parts[: depth - 1]), {}).setdefault(".".join(parts[:depth]), []).append(name)
+    for groups in (inside[parent] for parent in sorted(inside, key=lambda p: (p.count("."), p != ""))):
+        leaves = {group: tuple(sorted(n[len(group) + 1 :] for n in within)) for group, within in groups.items()}
+        chosen = max(grouped((leaf, group) for group, leaf in leaves.items()).values(), key=len)
+        sizes = {tuple(lengths[f"{group}.{leaf}"] for leaf in leaves[group]) for group in chosen}
+        called = all(TEST_WORDS.search(g.rpartition(".")[2].replace("_", " ")) or g.endswith("]") for g in chosen)
+        told = _has_channel(leaves[chosen[0]]) or called and _are_numbered(chosen)
+        if len(chosen) > 1 and told and (called or len(sizes) > 1):
+            return {group: groups[group] for group in in_order(chosen)}
+    return {}
+
+
+def _has_channel(leaves: Sequence[str]) -> bool:
+    """Whether an array is called as a channel is, in a part of its path that is no place where programs keep any."""
+    parts = {p.partition("[")[0] for leaf in leaves for p in leaf.split(".")}
+    return any(aliases_of(name_and_unit(p)[0]) for p in parts if p and p.lower() not in OF_CONTAINERS)
+
+
+def _are_numbered(groups: Sequence[str]) -> bool:
+    return len({re.sub(r"\d+", "", g) for g in groups}) == 1
+
+
+def in_order(groups: Sequence[str]) -> list[str]:
+    """Return names in their order; those that differ in one number, as ``run_10`` and ``run_2``, by it."""
+    if not _are_numbered(groups):
+        return list(groups)
+    return sorted(groups, key=lambda g: [int(n) for n in re.findall(r"\d{1,18}", g)])
+
+
+def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> dict[str, float]:
+    """Return the numbers of a test that are conditions, as ``current_A`` and ``frequency_Hz``, in SI.
+
+    Only those with a unit of their kind: of others nobody knows whether they are in A or mA.
+    """
+    found = {}
+    for name, value in scalars.items():
+        bare, unit = name_and_unit(name)
+        if unit is None and "_" in name:
+            bare, _, unit = name.rpartition("_")
+        unit = written.get(name) or unit or ""
+        word = bare.strip().lower()
+        kinds = {"frequency": "Hz", "freq": "Hz", "amplitude": "m"}
+        key = {"freq": "frequency"}.get(word, word) if word in kinds else "".join(aliases_of(bare)[:1])
+        wanted = kinds.get(word) or (unit_of(key) if key else "")
+        if wanted and unit and units.known(unit) and units.compatible(unit, wanted):
+            conversion = units.to_unit(unit, wanted)
+            found[key] = conversion.scale * value + conversion.offset
+    return found
+
+
+def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:
+    """Return the tables that can be logs; others are left out and said: without a clock, or of a few results.
+
+    Where none has a clock, all are returned.
+    """
+    clocked = [t for t in tables if t.time is not None or t.dt or source.rules.dt]
+    longest = max((t.rows for t in clocked), default=0)
+    logs = [t for t in clocked if t.time is not None or t.rows > FEW_ROWS or FAR_FEWER * t.rows > longest]
+    left = [t for t in tables if all(t is not log for log in logs)]
+    if not logs or not left:
+        return list(tables)
+    shown = few([f"'{excerpt(c.name)}' ({t.rows})" for t in left for c in t.columns], 8)
+    text = f"tables without times beside those with them, or of a few results, are no logs: {shown} left out"
+    unclear = tuple(f for t in left for f in t.findings if f.kind == "rate-unclear")
+    said = (*logs[0].findings, Finding("not-read", "", None, text), *unclear)
+    return [replace(logs[0], findings=said), *logs[1:]]
