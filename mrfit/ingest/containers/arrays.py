@@ -18,6 +18,7 @@ from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
 from mrfit.ingest.containers.runs import conditions_in, only_logs, tests_of
 from mrfit.ingest.containers.shelf import Shelf
+from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
@@ -325,6 +326,8 @@ def _table(names: list[str], times: list[str], arrays: Arrays, order: Mapping[st
 
 def _column(name: str, arrays: Arrays, index: int) -> Column:
     stated = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".")) or None
+    if stated is None and name.rpartition(".")[2].lower() in OF_CONTAINERS:  # simout.force.Data beside its Units
+        stated = unit_beside(name.rpartition(".")[0], arrays.texts, (".",)) or None
     called = arrays.labels.get(name, name)
     bare, unit = (name, stated) if called.endswith("]") and called == name else name_and_units(called, stated)
     return Column(bare, unit, arrays.signals[name], index)

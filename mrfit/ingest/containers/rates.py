@@ -2,14 +2,14 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mrfit.core.recording import Finding
-from mrfit.ingest.containers.attributes import decoded
+from mrfit.ingest.containers.attributes import decoded, unit_beside, units_in
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import excerpt
 from mrfit.ingest.time.rate import (
@@ -42,6 +42,8 @@ SAME_INTERVAL = 1e-3
 """Relative difference of intervals that are one, printed or computed differently."""
 LONGEST_STATEMENT = 60
 """Characters of a text that may state a number with its unit."""
+DEEPEST_STATEMENT = 4
+"""Objects inside each other in which a rate is looked for."""
 MARKED = re.compile(r"\d[\d.,' ]*[.,' ]\d+\s*[A-Za-z/]+")
 """A number with marks that may part thousands, and a unit."""
 
@@ -74,6 +76,25 @@ MAY_TELL = re.compile(r"fs|ts|dt|delta|increment|rate|freq|interval|period|time|
 def may_tell(name: str) -> bool:
     """Whether a name may be that of a rate, or of what speaks against one."""
     return bool(MAY_TELL.search(name))
+
+
+def told_in(about: Mapping[Any, Any], within: str = "", deepest: int = DEEPEST_STATEMENT) -> list[StatedNumber]:
+    """Return the numbers in attributes that may state a rate: also of objects in them, and with value and unit apart.
+
+    ``within`` is where the attributes stand.
+    """
+    texts = {decoded(key): decoded(value) for key, value in about.items() if isinstance(value, (str, bytes))}
+    told: list[StatedNumber] = []
+    for key, value in about.items():
+        name = decoded(key)
+        if isinstance(value, Mapping):
+            if may_tell(name) and "value" in value:
+                told.append(StatedNumber(name, value["value"], "".join(units_in(value)), within))
+            elif deepest:
+                told += told_in(value, f"{within}.{name}".strip("."), deepest - 1)
+        elif may_tell(name):
+            told.append(StatedNumber(name, value, unit_beside(name, texts, ("_", ".", " ", "")), within))
+    return told
 
 
 def kind_of(name: str) -> str:

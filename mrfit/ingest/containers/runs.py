@@ -94,19 +94,26 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
     return found
 
 
+def _is_far_fewer(rows: int, most: int) -> bool:
+    return rows <= FEW_ROWS and FAR_FEWER * rows <= most
+
+
 def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:
     """Return the tables that can be logs; others are left out and said: without a clock, or of a few results.
 
     Where none has a clock, all are returned.
     """
+    logs: list[Table] = []
     clocked = [t for t in tables if t.time is not None or t.dt or source.rules.dt]
-    longest = max((t.rows for t in clocked), default=0)
-    logs = [t for t in clocked if t.time is not None or t.rows > FEW_ROWS or FAR_FEWER * t.rows > longest]
+    longest = max(clocked, key=lambda t: t.rows, default=None)
+    if longest is not None:  # slow channels have few samples, and state their own rate
+        most = longest.rows
+        logs = [t for t in clocked if t.time is not None or t.dt != longest.dt or not _is_far_fewer(t.rows, most)]
     left = [t for t in tables if all(t is not log for log in logs)]
     if not logs or not left:
         return list(tables)
     shown = few([f"'{excerpt(c.name)}' ({t.rows})" for t in left for c in t.columns], 8)
-    text = f"tables without times beside those with them, or of a few results, are no logs: {shown} left out"
+    text = f"tables without times beside those with them, or of a few results, are no logs and left out: {shown}"
     unclear = tuple(f for t in left for f in t.findings if f.kind == "rate-unclear")
     said = (*logs[0].findings, Finding("not-read", "", None, text), *unclear)
     return [replace(logs[0], findings=said), *logs[1:]]

@@ -1,4 +1,4 @@
-"""MATLAB MAT-files: version 5 (scipy) and 7.3 (h5py), plain variables, structs, cells, and dSPACE's captures.
+"""MATLAB MAT-files: versions 4 and 5 (scipy) and 7.3 (h5py), plain variables, structs, cells, and dSPACE's captures.
 
 dSPACE ControlDesk captures, as they stand in a MAT-file: time axes in ``X``, signals in ``Y``.
 """
@@ -84,6 +84,8 @@ SPEC = ReaderSpec("matlab", "MATLAB MAT-file", fragile=True, libraries=("scipy.i
 DEEPEST_STRUCT = 6
 HEADER = 128
 """Bytes before the first element of a version 5 file; the last two say the order of bytes."""
+HEADER_4, LONGEST_NAME_4 = 20, 64
+"""Bytes of the header of a matrix in a version 4 file, and of the longest name behind it."""
 COMPRESSED = 15
 """Type of an element that is another one, deflated."""
 NUMERIC = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "logical")
@@ -93,7 +95,24 @@ MATRIX_PIECE = 1 << 20
 
 def sniff(head: Head) -> bool:
     """Whether the file begins as MATLAB writes it."""
-    return head.raw.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
+    return head.raw.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")) or is_version_4(head.raw)
+
+
+def is_version_4(raw: bytes) -> bool:
+    """Whether bytes begin as a MAT-file of version 4: with the header of a matrix, which ends in the matrix's name."""
+    if len(raw) < HEADER_4:
+        return False
+    for order in "<>":
+        kind, *shape, imaginary, length = struct.unpack(f"{order}5i", raw[:HEADER_4])
+        name = raw[HEADER_4 : HEADER_4 + length]
+        # thousands say the order of bytes, tens the type of the numbers, ones whether it is a text
+        known = kind in (
+            thousands + tens + ones for thousands in (0, 1000) for tens in range(0, 60, 10) for ones in (0, 1)
+        )
+        whole = known and (kind >= 1000) == (order == ">") and imaginary in (0, 1) and min(shape) > 0
+        if whole and 1 < length <= LONGEST_NAME_4 and re.fullmatch(rb"[A-Za-z]\w*\0+", name):
+            return True
+    return False
 
 
 def read(source: Source) -> list[Table]:
@@ -145,7 +164,8 @@ def _variables(path: Path, source: Source) -> Iterator[dict[str, Any]]:
             about = whosmat(path)
             if all(kind in (*NUMERIC, "char") for _, _, kind in about):  # what is in structs is not seen from here
                 check_times(source, [(n, "") for n, _, _ in about], [], sum(math.prod(shape) for _, shape, _ in about))
-            sizes = unpacked_sizes(path, 4.0 * room.limit)
+            plain = not source.head.raw.startswith(b"MATLAB")  # version 4 packs nothing
+            sizes = [float(source.head.size)] if plain else unpacked_sizes(path, 4.0 * room.limit)
             long = _long_ones(path, source.shelf, sizes)
             together = sum(sizes) - sum(long.values())
             room.hold("its variables unpack to arrays", 2.0 * max([together, *long.values()]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
+from mrfit.ingest.containers.runs import only_logs
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
@@ -58,7 +59,7 @@ def read(source: Source) -> list[Table]:
         raise damaged(path, "MDF", error) from None
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
-    return tables
+    return only_logs(tables, source)
 
 
 def _close_quietly(mdf: Any) -> None:

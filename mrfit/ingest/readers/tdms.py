@@ -1,6 +1,7 @@
 """National Instruments TDMS, through npTDMS."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,12 @@ from mrfit.core.counting import few
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
 from mrfit.ingest.containers.attributes import doubt_of, units_in
+from mrfit.ingest.containers.rates import SAME_INTERVAL, StatedNumber, stated_rate, told_in
+from mrfit.ingest.containers.runs import conditions_in, only_logs
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
-from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
+from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_units
@@ -43,24 +46,26 @@ def read(source: Source) -> list[Table]:
     path = source.head.path
     tables = []
     groups = _groups(path, source)
-    begins = [c.began for channels in groups for c in channels if c.began is not None]
-    times = [[c.column for c in channels if _is_time(c, source.rules.time)] for channels in groups]
+    begins = [c.began for group in groups for c in group.channels if c.began is not None]
+    times = [[c.column for c in group.channels if _is_time(c, source.rules.time)] for group in groups]
     # a group of times alone is the clock of groups without one
-    alone = [t for own, channels in zip(times, groups, strict=True) if len(own) == len(channels) for t in own]
-    for own, channels in zip(times, groups, strict=True):
-        by_clock: dict[tuple[int, float, float], list[Column]] = {}
-        for channel in channels:
+    alone = [t for own, group in zip(times, groups, strict=True) if len(own) == len(group.channels) for t in own]
+    for own, group in zip(times, groups, strict=True):
+        by_clock: dict[tuple[int, float, float], list[_TdmsChannel]] = {}
+        for channel in group.channels:
             if channel.column in own:
                 continue
             late = (channel.began - min(begins)) / np.timedelta64(1, "s") if channel.began is not None else 0.0
             clock = (len(channel.column.values), channel.increment, channel.offset + float(late))
-            by_clock.setdefault(clock, []).append(channel.column)
-        tables += [
-            _table(members, own or ([] if clock[1] > 0.0 else alone), *clock)
+            by_clock.setdefault(clock, []).append(channel)
+        made = [
+            _table(members, own or ([] if clock[1] > 0.0 else alone), group, *clock)
             for clock, members in by_clock.items()
             if clock[0] > 1
         ]
-    doubts = [f"'{c.column.name}': {c.doubt}" for channels in groups for c in channels if c.doubt]
+        tables += [replace(t, **group.test()) for t in made] if len(groups) > 1 else made
+    tables = only_logs(tables, source)
+    doubts = [f"'{c.column.name}': {c.doubt}" for group in groups for c in group.channels if c.doubt]
     if tables and doubts:
         tables[0] = tables[0].finding("packing-unclear", f"{few(doubts, 3)}; a channel map can say another scale")
     if any(table.time is None and table.dt == UNSET_INCREMENT for table in tables):
@@ -81,9 +86,28 @@ class _TdmsChannel:
     began: np.datetime64 | None
     stamped: bool
     doubt: str = ""
+    told: tuple[StatedNumber, ...] = ()
 
 
-def _groups(path: Path, source: Source) -> list[list[_TdmsChannel]]:
+@dataclass(frozen=True, slots=True)
+class _TdmsGroup:
+    """A group's channels, its properties, and what it and the file tell of the rate."""
+
+    name: str
+    channels: list[_TdmsChannel]
+    about: Mapping[str, Any]
+    told: tuple[StatedNumber, ...]
+
+    def test(self) -> dict[str, Any]:
+        """Return what a table says of itself as a test of its own: condition and history."""
+        numbers = {k: float(v) for k, v in self.about.items() if isinstance(v, (int, float, np.number))}
+        return {
+            "condition": conditions_in(numbers, {}),
+            "history": (f"group '{excerpt(self.name)}' of the file",),
+        }
+
+
+def _groups(path: Path, source: Source) -> list[_TdmsGroup]:
     try:
         import nptdms
     except ImportError:
@@ -94,16 +118,22 @@ def _groups(path: Path, source: Source) -> list[list[_TdmsChannel]]:
         with nptdms.TdmsFile.open(path) as file:
             _expect(path, [len(channel) for group in file.groups() for channel in group.channels()], source)
             for group in file.groups():
-                channels = []
+                channels: list[_TdmsChannel] = []
                 for channel in group.channels():
                     values = np.asarray(channel[:])
                     if values.dtype.kind in "fiuM":
                         channels.append(_described(channel, values, index, source.shelf))
                     index += 1
-                groups.append(channels)
+                told = (*_told(file.properties), *_told(group.properties))
+                groups.append(_TdmsGroup(group.name, channels, group.properties, told))
     except Exception as error:  # npTDMS raises whatever it met in a damaged file
         raise damaged(path, "TDMS", error) from None
     return groups
+
+
+def _told(properties: Mapping[str, Any]) -> list[StatedNumber]:
+    """Return what properties tell of the rate, but for those of the waveform, whose unit is that of its axis."""
+    return told_in({key: value for key, value in properties.items() if not key.startswith("wf_")})
 
 
 def _expect(path: Path, lengths: list[int], source: Source) -> None:
@@ -133,6 +163,7 @@ def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _T
         np.datetime64(began) if isinstance(began, (np.datetime64, datetime)) else None,
         stamped,
         doubt_of(about, None),
+        tuple(_told(about)),
     )
 
 
@@ -144,12 +175,30 @@ def _is_time(channel: _TdmsChannel, rule: TimeRule | None) -> bool:
     return channel.stamped or column.name.lower() in TIME_NAMES and series.rises(column.values)
 
 
-def _table(columns: list[Column], times: list[Column], rows: int, increment: float, offset: float) -> Table:
-    """Return the table of channels, with the first times of as many rows beside the increment."""
-    return Table(
-        tuple(columns),
+def _table(
+    channels: list[_TdmsChannel], times: list[Column], group: _TdmsGroup, rows: int, increment: float, offset: float
+) -> Table:
+    """Return the table of channels, with the first times of as many rows beside the increment.
+
+    A rate among the properties holds where the waveform has no increment, or the one that was not set.
+    """
+    columns = tuple(c.column for c in channels)
+    table = Table(
+        columns,
         series.counted(rows, series.in_memory(columns[0].values)),
         time=next((t for t in times if len(t.values) == rows), None),
         dt=increment if increment > 0.0 else None,
         start=offset,
+    )
+    if table.time is not None:
+        return table
+    dt, findings = stated_rate([*group.told, *(one for c in channels for one in c.told)])
+    if table.dt is None:
+        return replace(table, dt=dt, findings=findings)
+    if dt is None or abs(dt / increment - 1.0) < SAME_INTERVAL:
+        return table
+    used = dt if increment == UNSET_INCREMENT else increment
+    text = f"the waveforms have an increment of {increment:g} s, and a property states a sample interval of {dt:g} s"
+    return replace(table, dt=used).finding(
+        "rate-doubtful", f"{text}: {used:g} s is used; a channel map can say rate = HZ"
     )
