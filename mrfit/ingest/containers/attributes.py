@@ -76,7 +76,8 @@ def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> st
         *(f"{leaf}{mark}{word}" for mark in marks for word in UNIT_KEYS[:2]),
         *(f"{w}.{leaf}" for w in UNIT_KEYS[:2]),
     ]
-    keys = (".".join([*parents[:depth], one]) for depth in range(len(parents), -1, -1) for one in found)
+    keys = [".".join([*parents[:depth], one]) for depth in range(len(parents), -1, -1) for one in found]
+    keys += [f"{word}.{name.lower()}" for word in UNIT_KEYS[:2]]
     return next((text for key in keys if (text := low.get(key))), "")
 
 

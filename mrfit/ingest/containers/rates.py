@@ -83,7 +83,7 @@ def told_in(about: Mapping[Any, Any], within: str = "", deepest: int = DEEPEST_S
 
     ``within`` is where the attributes stand.
     """
-    texts = {decoded(key): decoded(value) for key, value in about.items() if isinstance(value, (str, bytes))}
+    texts = _texts(about)
     told: list[StatedNumber] = []
     for key, value in about.items():
         name = decoded(key)
@@ -95,6 +95,24 @@ def told_in(about: Mapping[Any, Any], within: str = "", deepest: int = DEEPEST_S
         elif may_tell(name):
             told.append(StatedNumber(name, value, unit_beside(name, texts, ("_", ".", " ", "")), within))
     return told
+
+
+def texts_in(about: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the texts in attributes by name; those of objects in them behind the innermost one's name and a dot."""
+    return _texts(about) | _texts_of_objects(about, DEEPEST_STATEMENT)
+
+
+def _texts(about: Mapping[Any, Any]) -> dict[str, str]:
+    return {decoded(key): decoded(value) for key, value in about.items() if isinstance(value, (str, bytes))}
+
+
+def _texts_of_objects(about: Mapping[Any, Any], deepest: int) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for key, inner in about.items() if deepest else ():
+        if isinstance(inner, Mapping):
+            found |= {f"{decoded(key)}.{name}": text for name, text in _texts(inner).items()}
+            found |= _texts_of_objects(inner, deepest - 1)
+    return found
 
 
 def kind_of(name: str) -> str:

@@ -14,19 +14,26 @@ from mrfit.core.counting import few
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array, ReaderSpec
 from mrfit.ingest.containers.arrays import check_times
-from mrfit.ingest.containers.attributes import decoded, doubt_of, units_in
+from mrfit.ingest.containers.attributes import decoded, doubt_of, unit_beside, units_in
+from mrfit.ingest.containers.labels import LONGEST_LABEL
+from mrfit.ingest.containers.rates import StatedNumber, stated_rate, texts_in, told_in
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_units
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, name_and_units
+from mrfit.ingest.text.long_format import MOST_CHANNELS, LongFormat, long_format, sorted_out
 from mrfit.ingest.time.clocks import is_clock
 from mrfit.ingest.time.epoch import unit_since_1970
 from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
 BUFFER = 1 << 20
+LETTER = 8
+"""Bytes that a letter of a text may take, and a reference to a text."""
+PROGRAMS_METADATA = ("mrfit", "pandas", "ARROW:schema")
+"""Metadata in which programs describe the columns to themselves."""
 EXACT_WHOLE = 2**53
 """From here on not every whole number is a float."""
 NO_NUMERIC_COLUMN = ("no numeric column with two rows", "write the log as float columns beside a time column")
@@ -38,7 +45,9 @@ def sniff(head: Head) -> bool:
 
 
 def read(source: Source) -> list[Table]:
-    """Return the numeric columns; units from the field's metadata, mrfit's own, or brackets in its name.
+    """Return the numeric columns; units from the field's metadata, the table's, mrfit's own, or brackets in its name.
+
+    A table with a row for each channel and time is sorted into columns.
 
     Raises
     ------
@@ -47,8 +56,9 @@ def read(source: Source) -> list[Table]:
     """
     rows, columns = extent(source)
     source.room().expect(rows * columns)
-    tables = [table for part in read_blocks(source, 8 * rows * max(columns, 1)) for table in part]
-    return [_joined(tables)]
+    form, texts = _channel_texts(source)
+    table = _joined([table for part in _blocks(source, 8 * rows * max(columns, 1)) for table in part])
+    return [sorted_out(table, form, texts, source)] if form else [table]
 
 
 def _joined(tables: list[Table]) -> Table:
@@ -71,6 +81,14 @@ def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
     Refusal
         If the file is damaged or holds no numbers.
     """
+    with _opened(source) as (file, _):
+        if _long_form(file.schema_arrow):
+            text = "one row for each channel and time, in a table read in parts"
+            raise Refusal(source.head.path, text, "export a column per channel")
+    yield from _blocks(source, size)
+
+
+def _blocks(source: Source, size: int) -> Iterator[list[Table]]:
     path, done = source.head.path, 0
     _check_times(source)
     for columns, rows, about in _parts(source, size):
@@ -104,7 +122,8 @@ def _check_times(source: Source) -> None:
         stamped = any(pa.types.is_timestamp(f.type) or pa.types.is_duration(f.type) for f in fields)
         described = [(f.name, "".join(units_in(f.metadata or {}))) for f in fields]
         if not (stamped or b"mrfit" in (file.schema_arrow.metadata or {})):
-            check_times(source, described, [], file.metadata.num_rows * len(fields))
+            stated = [told.name for told in stated_in(file.schema_arrow)[1]]
+            check_times(source, described, stated, file.metadata.num_rows * len(fields))
 
 
 @contextmanager
@@ -131,13 +150,94 @@ def _parts(source: Source, size: int) -> Iterator[tuple[list[Column], int, dict[
         rows = max(1, size // (8 * max(1, len(names))))
         # a name may stand twice, and the second be a column of texts
         places = [k for k, f in enumerate(file.schema_arrow) if f.name in names]
-        others = [f"'{f.name}'" for f in file.schema_arrow if f.name not in names]
+        form = _long_form(file.schema_arrow)
+        used = form.texts if form else ()
+        others = [f"'{f.name}'" for k, f in enumerate(file.schema_arrow) if f.name not in names and k not in used]
         said = [Finding("no-channel", "", None, f"{few(others, 5)}: no numbers, and no channel")] if others else []
         for group in range(file.num_row_groups):  # asked for all, pyarrow opens all at once, each with its buffers
             for batch in file.iter_batches(rows, [group], names, use_threads=False):
                 columns, length, about = _content(pa.Table.from_batches([batch]), places, source)
                 about["findings"] += said
                 yield columns, length, about
+
+
+def _long_form(schema: Any) -> LongFormat | None:
+    """Return the columns of channels and values of a table with a row for each channel and time; else None."""
+    import pyarrow as pa
+
+    def sort(kind: Any) -> str:
+        held = kind.value_type if pa.types.is_dictionary(kind) else kind
+        if pa.types.is_string(held) or pa.types.is_large_string(held):
+            return "text"
+        return "" if not _is_number(kind) else "stamp" if pa.types.is_timestamp(kind) else "number"
+
+    if len(set(schema.names)) < len(schema.names):
+        return None
+    header = Header(tuple(schema.names), (None,) * len(schema.names), frozenset(), 0)
+    return long_format(header, [sort(field.type) for field in schema])
+
+
+def _channel_texts(source: Source) -> tuple[LongFormat | None, dict[int, list[str]]]:
+    """Return the form of a table with a row for each channel and time, and the texts of its channels and units.
+
+    They are read as numbers of a few texts, since a few bytes may stand for as many texts as there are rows.
+
+    Raises
+    ------
+    Refusal
+        If there are too many of them, or they are too long, to be names of channels.
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+    import pyarrow.parquet as pq
+
+    path = source.head.path
+    with _opened(source) as (file, _):
+        schema = file.schema_arrow
+    form, texts = _long_form(schema), dict[int, list[str]]()
+    for place in form.texts if form else ():
+        name = schema.names[place]
+        try:
+            with pq.ParquetFile(path, buffer_size=BUFFER, read_dictionary=[name]) as file:
+                column = file.read(columns=[name], use_threads=False).column(0)
+            codes = (column if pa.types.is_dictionary(column.type) else pc.dictionary_encode(column)).combine_chunks()
+            known = [str(text) for text in codes.dictionary.to_pylist()]
+        except (OSError, ValueError, pa.ArrowException) as error:
+            raise damaged(path, "Parquet", error) from None
+        longest = max(map(len, known), default=0)
+        if len(known) > MOST_CHANNELS or longest > LONGEST_LABEL:
+            text = (
+                f"column '{excerpt(name)}' holds {len(known)} texts of up to {longest} characters, and no few channels"
+            )
+            raise Refusal(path, text, "export a column for each channel")
+        source.room().hold("its names of channels", LETTER * len(codes) * (longest + LETTER))
+        texts[place] = ["" if code is None else known[code] for code in codes.indices.to_pylist()]
+    return form, texts
+
+
+def stated_in(schema: Any) -> tuple[dict[str, str], list[StatedNumber]]:
+    """Return the texts in the metadata of a table by name, and what these and those of its fields tell of a rate.
+
+    Programs write objects into them as JSON; pandas keeps in one what users attach to a table.
+    """
+    about: dict[str, Any] = {}
+    for key, value in (schema.metadata or {}).items():
+        if decoded(key) not in PROGRAMS_METADATA:
+            found = _object(value)
+            about |= found if decoded(key) == "PANDAS_ATTRS" and isinstance(found, dict) else {decoded(key): found}
+    told = told_in(about)
+    for field in schema:
+        told += told_in(field.metadata or {})
+    return texts_in(about), told
+
+
+def _object(value: bytes) -> Any:
+    """Return the object that a text is, or the text."""
+    text = decoded(value)
+    try:
+        return json.loads(text) if text.startswith("{") else text
+    except (ValueError, RecursionError):
+        return text
 
 
 def _is_number(kind: Any) -> bool:
@@ -152,13 +252,14 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
 
     about = _about(table.schema.metadata or {}, source.head.path)
     written = {c["name"]: c["unit"] for c in about["channels"]}
+    texts, told = stated_in(table.schema)
+    about["rate"] = stated_rate(told)
     columns = []
     for column, field, place in zip(table.columns, table.schema, places, strict=True):
         if not _is_number(field.type):
             continue
-        name, unit = name_and_units(
-            field.name, "".join(units_in(field.metadata or {})) or written.get(field.name) or None
-        )
+        beside = written.get(field.name) or unit_beside(field.name, texts, ("_", "."))
+        name, unit = name_and_units(field.name, "".join(units_in(field.metadata or {})) or beside or None)
         if doubt := doubt_of(_numbers_in(field.metadata or {}), None):
             text = f"'{name}': {doubt}; a channel map can say another scale"
             about["findings"].append(Finding("packing-unclear", "", None, text))
@@ -282,7 +383,8 @@ def _table(columns: list[Column], rows: int, about: dict[str, Any], rule: TimeRu
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, findings=tuple(about["findings"]))
     if not about["given"]:
-        return table
+        dt, unclear = (None, ()) if time else about["rate"]
+        return replace(table, dt=dt, findings=(*table.findings, *unclear))
     condition = {k: v for k, v in about["condition"].items() if isinstance(v, float)}
     clock = time and replace(time, unit="s", values=time.values + about["start"])
     return replace(table, time=clock, dt=about.get("dt"), condition=condition)
