@@ -334,7 +334,7 @@ def _column(name: str, arrays: Arrays, index: int) -> Column:
 
 
 def _told(names: Sequence[str], arrays: Arrays) -> list[StatedNumber]:
-    """Return what may state the rate of these arrays: all that is said, but of other arrays or of their group."""
+    """Return the statements on the rate of these arrays: all in the file, but those on other arrays or their group."""
     own, all_places = ({place for n in some for place in _places(n)} for some in (names, arrays.signals))
     told = []
     for name, value in (*arrays.scalars.items(), *arrays.texts.items()):

@@ -19,7 +19,7 @@ from mrfit.ingest.table import Source
 
 DEEPEST_GROUP = 6
 """Structs in structs that are followed."""
-LONGEST_TEXT = 10_000
+LONGEST_FIXED_TEXT = 10_000
 """Bytes of a text of fixed length that is read."""
 MOST_VALUES = 20_000
 """References that are followed: those of a few arrays, each to the next, may be more than there is time for."""
@@ -289,7 +289,7 @@ def _is_text(kind: Any) -> bool:
     """Whether a type is that of texts, none so long that a few bytes may stand for more than there is room for."""
     import h5py
 
-    return kind.itemsize <= LONGEST_TEXT if kind.kind == "S" else h5py.check_string_dtype(kind) is not None
+    return kind.itemsize <= LONGEST_FIXED_TEXT if kind.kind == "S" else h5py.check_string_dtype(kind) is not None
 
 
 def _texts(values: Any) -> list[str]:

@@ -14,7 +14,7 @@ NAME_LISTS = frozenset(
 UNIT_LISTS = frozenset("channelunits units unit columnunits colunits signalunits".split())
 MOST_LABELS, LONGEST_LABEL = 64, 200
 """Texts that a list of names has at most, and characters of each."""
-DATA, HEADER, FILE_HEADER = "_Data", "_Header", "File_Header"
+CATMAN_DATA, CATMAN_HEADER, CATMAN_FILE = "_Data", "_Header", "File_Header"
 """Ends of the names of a channel's numbers and of what is said of them in catman's MAT-files, and that of the file."""
 
 
@@ -70,8 +70,8 @@ def told_by_headers(arrays: Any) -> None:
     ``File_Header`` states is that of the quickest.
     """
     texts, scalars = arrays.texts, arrays.scalars
-    for name in [n for n in arrays.signals if n.endswith(DATA)]:
-        head = f"{name.removesuffix(DATA)}{HEADER}."
+    for name in [n for n in arrays.signals if n.endswith(CATMAN_DATA)]:
+        head = f"{name.removesuffix(CATMAN_DATA)}{CATMAN_HEADER}."
         if label := texts.get(f"{head}SignalName"):
             arrays.labels[name] = label[:LONGEST_LABEL]
         if unit := texts.get(f"{head}Unit"):
@@ -80,4 +80,4 @@ def told_by_headers(arrays: Any) -> None:
             if (rate := told.pop(f"{head}SampleFrequency", None)) is not None:
                 told[f"{name}.SampleFrequency"] = rate
                 for of_file in (texts, scalars):
-                    of_file.pop(f"{FILE_HEADER}.SampleFrequency", None)
+                    of_file.pop(f"{CATMAN_FILE}.SampleFrequency", None)

@@ -22,11 +22,11 @@ from mrfit.ingest.time.rate import (
     of_kind,
 )
 
-INTERVAL_NAMES = (
+NAMES_OF_INTERVALS = (
     *("ts", "dt", "deltat", "sampletime", "wfincrement", "sampleinterval", "samplinginterval"),
     *("sampleperiod", "samplingperiod"),
 )
-RATE_NAMES = (
+NAMES_OF_RATES = (
     *("fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq"),
     *("samplingfreq", "acquisitionrate", "scanrate"),
 )
@@ -83,7 +83,7 @@ def told_in(about: Mapping[Any, Any], within: str = "", deepest: int = DEEPEST_S
 
     ``within`` is where the attributes stand.
     """
-    texts = _texts(about)
+    texts = texts_in(about)
     told: list[StatedNumber] = []
     for key, value in about.items():
         name = decoded(key)
@@ -129,7 +129,7 @@ def _named(words: list[str]) -> tuple[str, str]:
     """Return the kind of what words name, and the unit that the last of them is; empty where there is none."""
     unit = words[-1] if len(words) > 1 and words[-1] in UNIT_SUFFIXES else ""
     bare = "".join(words[:-1] if unit else words)
-    kind = "s" if bare in INTERVAL_NAMES else "Hz" if bare in RATE_NAMES else ""
+    kind = "s" if bare in NAMES_OF_INTERVALS else "Hz" if bare in NAMES_OF_RATES else ""
     return kind, {"khz": "kHz", "mhz": "MHz", "hz": "Hz"}.get(unit, unit)
 
 
@@ -163,7 +163,7 @@ def _unclear(texts: list[str]) -> tuple[Finding, ...]:
 
 
 def _statement(told: StatedNumber) -> _Statement | None:
-    """Return what a number says of the rate; None where it says nothing."""
+    """Return the statement of a number on the rate; None where it makes none."""
     words = _words(told.name)
     kind, suffix = _named(words)
     number, written, odd = _number(told.value)

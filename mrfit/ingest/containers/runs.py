@@ -22,7 +22,7 @@ TEST_WORDS = re.compile(
 """Words in the names of groups that are tests of their own."""
 DEEPEST_TEST = 6
 """Groups in groups in which tests are looked for."""
-FEW_ROWS, FAR_FEWER = 32, 10
+FEW_RESULTS, FAR_FEWER = 32, 10
 """A table without times of so few rows, and so many times fewer than another has, is no log."""
 
 
@@ -95,7 +95,7 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
 
 
 def _is_far_fewer(rows: int, most: int) -> bool:
-    return rows <= FEW_ROWS and FAR_FEWER * rows <= most
+    return rows <= FEW_RESULTS and FAR_FEWER * rows <= most
 
 
 def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.counting import few
+from mrfit.core.recording import Finding
 from mrfit.core.specs import Array, ReaderSpec
 from mrfit.ingest.containers.attributes import (
     COUNTED_SCALES,
@@ -16,25 +17,32 @@ from mrfit.ingest.containers.attributes import (
     OTHER_FACTOR_ATTRIBUTES,
     SCALE_ATTRIBUTES,
     unit_beside,
+    units_in,
 )
-from mrfit.ingest.meaning import units
+from mrfit.ingest.containers.labels import is_name_list
+from mrfit.ingest.containers.rates import stated_rate, texts_in, told_in
+from mrfit.ingest.containers.runs import only_logs
 from mrfit.ingest.readers.parquet import log_time
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import name_and_unit, name_and_units
-from mrfit.ingest.time.rate import interval, of_kind
+from mrfit.ingest.text.layout import Header, name_and_unit, name_and_units
+from mrfit.ingest.text.long_format import long_format, sorted_out
 
 SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with data; dt and units beside them")
 BEGINS = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{])")
 VALUES = ("values", "value", "data", "samples", "y")
 """Names of the array of a channel that is an object with a unit."""
-JSON_INTERVALS = {"dt": "s", "ts": "s", "sample_interval": "s", "interval": "s", "step": "s"} | dict.fromkeys(
-    ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency"), "Hz"
-)
-"""Names of a sample interval or rate, with the unit they have where none is written."""
+SPANS = ("interval", "step")
+"""Names of a sample interval that are it in this format only."""
+ROWS = ("data", "rows", "values", "records", "samples")
+"""Names of lists of rows beside the names of their columns."""
+MOST_HEADERS = 8
+"""Records before those of samples that may say something of them."""
 JSON_FACTORS = (*SCALE_ATTRIBUTES, *COUNTED_SCALES, *OFFSET_ATTRIBUTES, *OTHER_FACTOR_ATTRIBUTES)
 """Names of factors and offsets, which are said and never applied."""
+OF_UNIT = ".unit"
+"""End of the name of the unit that stands with a number in a record."""
 DEEPEST_OBJECT = 4
 """Objects inside each other in which arrays are looked for."""
 
@@ -52,22 +60,33 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is no JSON, holds no numbers, or its arrays have several lengths.
     """
-    found = [f for f in _runs(_document(source), _RunArrays(), 0) if f.columns]
+    found = [run for run in _runs(_document(source), _RunArrays(), 0) if run.columns]
     if not found:
         remedy = 'write {"dt": 0.001, "units": {"force": "N"}, "force": [0.1, 0.2]} or the like'
         raise Refusal(source.head.path, "no array of numbers in this JSON file", remedy)
-    return [_table(one, source) for one in found]
+    tables = [_table(run, source) for run in found]
+    if len(found) > 1:
+        told = [(f"run '{excerpt(run.place)}' of the file",) for run in found]
+        tables = [replace(t, history=(*said, *t.history)) for t, said in zip(tables, told, strict=True)]
+    return only_logs(tables, source)
 
 
 @dataclass(frozen=True)
 class _RunArrays:
-    """Arrays of one run by name, and what the objects around them say: units, interval, condition."""
+    """Arrays of one run by name, with what the objects around them say.
+
+    ``words`` are columns of texts beside them, and ``place`` is the path to them.
+    """
 
     columns: Mapping[str, Array] = field(default_factory=dict)
+    place: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, list[str]] = field(default_factory=dict)
     dt: float | None = None
     condition: Mapping[str, float] = field(default_factory=dict)
     factors: tuple[str, ...] = ()
+    unclear: tuple[Finding, ...] = ()
 
 
 def _document(source: Source) -> Any:
@@ -94,22 +113,26 @@ def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
         return
     content = _by_name(content)
     if isinstance(content, list):
-        if found := _records(content):
-            yield _RunArrays(found, around.units, around.dt, around.condition)
+        header, rows = _header_and_rows(content)
+        about = _about(header, around) if header else around
+        found = _records(rows)
+        if found.columns:
+            yield replace(about, columns=found.columns, units=dict(about.units) | dict(found.units), words=found.words)
         else:
-            for inner in content if all(isinstance(one, dict) for one in content) else ():
-                yield from _runs(inner, around, depth + 1)
+            for place, inner in enumerate(rows if all(isinstance(one, dict) for one in rows) else ()):
+                yield from _runs(inner, replace(about, place=f"{about.place}[{place}]"), depth + 1)
         return
     if not isinstance(content, dict):
         return
     about = _about(content, around)
-    if columns := _columns(content):
+    if (found := _columns(content)).columns:
         own = [f"{n}.{k}" for n, v in content.items() if isinstance(v, dict) for k in _factors_in(v)]
-        beside = _units_beside(content) | dict(about.units)
-        yield replace(about, columns=columns, units=beside, factors=(*about.factors, *own))
+        beside = dict(about.units) | _units_beside(content) | dict(found.units)
+        factors = (*about.factors, *own)
+        yield replace(about, columns=found.columns, units=beside, words=found.words, factors=factors)
         return
-    for inner in content.values():
-        yield from _runs(inner, about, depth + 1)
+    for name, inner in content.items():
+        yield from _runs(inner, replace(about, place=f"{about.place}.{name}".strip(".")), depth + 1)
 
 
 def _by_name(content: Any) -> Any:
@@ -122,11 +145,27 @@ def _by_name(content: Any) -> Any:
     return named if content and len(named) == len(content) else content
 
 
-def _columns(content: Mapping[str, Any]) -> dict[str, Array]:
-    """Return the arrays of an object: by name, of channels that are objects, or of ``columns`` and ``data``."""
-    names, rows = content.get("columns"), content.get("data")
-    if isinstance(names, list) and isinstance(rows, list):
-        return _records([dict(zip(map(str, names), row, strict=False)) for row in rows if isinstance(row, list)])
+def _header_and_rows(content: list[Any]) -> tuple[dict[str, Any], list[Any]]:
+    """Return the statements of records before those of samples, and the records of samples.
+
+    Before them stand those that have none of the numbers of a record in the middle.
+    """
+    middle = content[len(content) // 2] if len(content) > 2 else None
+    usual = {n for n, v in middle.items() if not isinstance(v, (str, list))} if isinstance(middle, dict) else set()
+    header: dict[str, Any] = {}
+    for place, one in enumerate(content[:MOST_HEADERS]):
+        if not usual or not isinstance(one, dict) or not usual.isdisjoint(one):
+            return header, content[place:]
+        header |= one
+    return {}, content
+
+
+def _columns(content: Mapping[str, Any]) -> _RunArrays:
+    """Return the arrays of an object: by name, of channels that are objects, or of names of columns and rows."""
+    names = next((v for n, v in content.items() if is_name_list(n) and isinstance(v, list)), None)
+    rows = next((content[n] for n in ROWS if isinstance(content.get(n), list)), None)
+    if names and rows and all(isinstance(name, str) for name in names) and isinstance(rows[0], list):
+        return _records([dict(zip(names, row, strict=False)) for row in rows if isinstance(row, list)])
     found = {}
     for name, value in content.items():
         inner = value
@@ -136,20 +175,51 @@ def _columns(content: Mapping[str, Any]) -> dict[str, Array]:
                 inner = list(value.values())
         if isinstance(inner, list) and (numbers := _numbers(inner)) is not None:
             found[name] = numbers
-    return found
+    return _RunArrays(found)
 
 
-def _records(rows: list[Any]) -> dict[str, Array]:
+def _records(rows: list[Any]) -> _RunArrays:
     """Return the columns of a list of records or of rows of numbers; none if it is neither."""
     if rows and all(isinstance(row, list) for row in rows):
         width = max(map(len, rows))
-        rows = [{str(k): value for k, value in enumerate(row)} for row in rows] if width else []
-        return {f"column{name}": values for name, values in _records(rows).items()}
-    if not rows or any(not isinstance(r, dict) or any(isinstance(v, (list, dict)) for v in r.values()) for r in rows):
-        return {}
-    names = dict.fromkeys(name for row in rows for name in row)
-    columns = {name: _numbers([row.get(name) for row in rows]) for name in names}
-    return {name: values for name, values in columns.items() if values is not None}
+        rows = [{f"column{k}": value for k, value in enumerate(row)} for row in rows] if width else []
+    flat = [_flat(row, DEEPEST_OBJECT) if isinstance(row, dict) else None for row in rows]
+    records = [one for one in flat if one is not None]
+    if not rows or len(records) < len(rows):
+        return _RunArrays()
+    names = dict.fromkeys(name for row in records for name in row)
+    leaves = [name.rpartition(".")[2] for name in names]
+    columns, words, units = dict[str, Array](), dict[str, list[str]](), dict[str, str]()
+    for name, leaf in zip(names, leaves, strict=True):
+        values = [row.get(name) for row in records]
+        if (numbers := _numbers(values)) is not None:
+            columns[leaf if leaves.count(leaf) == 1 else name] = numbers
+        elif len(texts := [v for v in values if isinstance(v, str)]) == len(values):
+            words[name] = texts
+    for name in [n for n in words if n.endswith(OF_UNIT)]:
+        title = name.removesuffix(OF_UNIT)
+        units[title if title in columns else title.rpartition(".")[2]] = " or ".join(sorted({*words.pop(name)}))
+    return _RunArrays(columns, units=units, words=words)
+
+
+def _flat(record: Mapping[str, Any], deepest: int) -> dict[str, Any] | None:
+    """Return a record whose objects are numbers with units, or hold more of the record; None where it holds lists."""
+    flat: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, list) or isinstance(value, dict) and not deepest:
+            return None
+        if not isinstance(value, dict):
+            flat[name] = value
+        elif (word := next((w for w in VALUES if w in value), None)) and not isinstance(value[word], (dict, list)):
+            flat[name] = value[word]
+            if unit := "".join(units_in(value)):
+                flat[f"{name}{OF_UNIT}"] = unit
+        else:
+            inner = _flat(value, deepest - 1)
+            if inner is None:
+                return None
+            flat |= {f"{name}.{n}": v for n, v in inner.items()}
+    return flat
 
 
 def _numbers(values: list[Any]) -> Array | None:
@@ -165,18 +235,31 @@ def _numbers(values: list[Any]) -> Array | None:
 
 
 def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
-    """Return the statements of an object on the arrays in it, with those of the objects around it."""
-    stated = content.get("units")
-    written = {str(n): u for n, u in stated.items() if isinstance(u, str)} if isinstance(stated, dict) else {}
-    texts = {str(key): text for key, text in content.items() if isinstance(text, str)}
-    beside = {n: unit_beside(n, texts, ("_", "")) or written.get(n) for n in content}
-    dt = next((dt for name, value in content.items() if (dt := _interval(name, value, beside[name]))), around.dt)
+    """Return the statements of an object on the arrays in it, with those of the objects around it.
+
+    Objects in it without arrays belong to it, such as ``metadata``.
+    """
+    said = {"sample_interval" if n.lower() in SPANS else n: v for n, v in content.items() if not _has_list(v)}
+    dt, unclear = stated_rate(told_in(said))
+    if dt is None and not unclear:
+        dt, unclear = around.dt, around.unclear
     told: dict[str, Any] = next(
         (content[n] for n in ("condition", "conditions") if isinstance(content.get(n), dict)), {}
     )
     condition = {str(n): float(v) for n, v in told.items() if isinstance(v, (int, float)) and abs(v) < 1e300}
-    factors = (*around.factors, *_factors_in(content))
-    return _RunArrays({}, dict(around.units) | written, dt, dict(around.condition) | condition, factors)
+    texts = dict(around.texts) | texts_in(said)
+    return replace(
+        around,
+        texts=texts,
+        dt=dt,
+        unclear=unclear,
+        condition=dict(around.condition) | condition,
+        factors=(*around.factors, *_factors_in(content)),
+    )
+
+
+def _has_list(value: Any) -> bool:
+    return isinstance(value, list) or isinstance(value, dict) and any(map(_has_list, value.values()))
 
 
 def _factors_in(content: Mapping[str, Any]) -> list[str]:
@@ -191,20 +274,15 @@ def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
     return {n: unit for n, unit in held.items() if isinstance(unit, str)}
 
 
-def _interval(name: str, value: Any, beside: str | None = None) -> float | None:
-    """Return the sample interval in s that a key states: a number, ``"1 ms"``, or value and unit."""
-    bare, unit = name_and_unit(name)
-    unit = unit or beside
-    kind = JSON_INTERVALS.get(bare.strip().lower().replace(" ", "_"))
-    if isinstance(value, dict):
-        value, unit = value.get("value"), value.get("unit")
-    if isinstance(value, str) and (said := units.quantity(value)):
-        value, unit = said[0], said[1] or unit
-    if kind is None or isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e300:
-        return None
-    written = unit if isinstance(unit, str) and unit else kind
-    timed = of_kind(written, kind) or of_kind(written, "s") or of_kind(written, "Hz")
-    return interval(float(value), timed) if timed else None
+def _by_channel(table: Table, found: _RunArrays, source: Source) -> Table:
+    """Return records that are each of one channel and time sorted into columns; others as they are."""
+    places = [*found.columns, *found.words]
+    called = ["value" if name.lower() in (*VALUES, "v") else name for name in places]
+    header = Header(tuple(called), (None,) * len(places), frozenset(), 0)
+    form = long_format(header, ["number"] * len(found.columns) + ["text"] * len(found.words))
+    if form is None or form.channel < len(found.columns):
+        return table
+    return sorted_out(table, form, {k: found.words[places[k]] for k in form.texts}, source)
 
 
 def _table(found: _RunArrays, source: Source) -> Table:
@@ -217,12 +295,15 @@ def _table(found: _RunArrays, source: Source) -> Table:
         raise Refusal(path, f"its arrays hold {rows} value", "export the whole log")
     columns = []
     for place, (title, values) in enumerate(found.columns.items()):
-        name = name_and_unit(title)[0]
-        name, unit = name_and_units(title, found.units.get(title, found.units.get(name)))
+        named = (title, name_and_unit(title)[0])
+        stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", "")) for n in named]
+        name, unit = name_and_units(title, next(filter(None, stated), None))
         columns.append(Column(name, unit, values, place))
     time = log_time(columns, source.rules.time)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
+    table = _by_channel(table, found, source) if found.words else table
+    table = replace(table, findings=(*table.findings, *found.unclear)) if table.time is None else table
     if not found.factors:
         return table
     shown = few([f"'{n}'" for n in dict.fromkeys(found.factors)], 5)

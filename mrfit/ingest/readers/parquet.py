@@ -30,7 +30,7 @@ from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
 BUFFER = 1 << 20
-LETTER = 8
+BYTES_OF_LETTER = 8
 """Bytes that a letter of a text may take, and a reference to a text."""
 PROGRAMS_METADATA = ("mrfit", "pandas", "ARROW:schema")
 """Metadata in which programs describe the columns to themselves."""
@@ -210,7 +210,7 @@ def _channel_texts(source: Source) -> tuple[LongFormat | None, dict[int, list[st
                 f"column '{excerpt(name)}' holds {len(known)} texts of up to {longest} characters, and no few channels"
             )
             raise Refusal(path, text, "export a column for each channel")
-        source.room().hold("its names of channels", LETTER * len(codes) * (longest + LETTER))
+        source.room().hold("its names of channels", BYTES_OF_LETTER * len(codes) * (longest + BYTES_OF_LETTER))
         texts[place] = ["" if code is None else known[code] for code in codes.indices.to_pylist()]
     return form, texts
 

@@ -99,7 +99,7 @@ class _TdmsGroup:
     told: tuple[StatedNumber, ...]
 
     def test(self) -> dict[str, Any]:
-        """Return what a table says of itself as a test of its own: condition and history."""
+        """Return condition and history of the group as a test of its own."""
         numbers = {k: float(v) for k, v in self.about.items() if isinstance(v, (int, float, np.number))}
         return {
             "condition": conditions_in(numbers, {}),
@@ -132,7 +132,7 @@ def _groups(path: Path, source: Source) -> list[_TdmsGroup]:
 
 
 def _told(properties: Mapping[str, Any]) -> list[StatedNumber]:
-    """Return what properties tell of the rate, but for those of the waveform, whose unit is that of its axis."""
+    """Return the statements of properties on the rate, but those of the waveform: its axis has their unit."""
     return told_in({key: value for key, value in properties.items() if not key.startswith("wf_")})
 
 
