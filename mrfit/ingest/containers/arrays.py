@@ -192,9 +192,13 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
         raise Refusal(source.head.path, _elsewhere(arrays), "copy the numbers into the file (`h5repack` does)")
     if not arrays.signals:
         raise Refusal(source.head.path, "no numeric array of two or more numbers", "save the signals as vectors")
+    mapped = _mapped(source)
     names, units = labels_of(list(arrays.signals), arrays.lists)
-    arrays.labels, arrays.units = names | arrays.labels, units | arrays.units
+    arrays.labels = {n: label for n, label in (names | arrays.labels).items() if n.lower() not in mapped}
+    arrays.units = units | arrays.units
     tests = tests_of(list(arrays.signals), {name: len(values) for name, values in arrays.signals.items()})
+    if mapped & {name.lower() for names in tests.values() for name in names}:
+        tests = {}
     tables: list[Table] = []
     for part, condition, history in _parts(arrays, tests, source):
         made = [replace(t, condition=condition, history=history) for t in _tables(part, source)]
@@ -208,6 +212,15 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
         findings += (Finding("several-tests", "", None, text),)
     logs = only_logs(tables, source)
     return [replace(logs[0], findings=(*findings, *logs[0].findings)), *logs[1:]]
+
+
+def _mapped(source: Source) -> set[str]:
+    """Return the columns that the channel map names, in lower-case letters: arrays keep the paths it calls them by."""
+    time = source.rules.time
+    chosen: list[object] = [time.column] if time else []
+    for rule in source.rules.channels.values():
+        chosen += rule.column if isinstance(rule.column, list) else [rule.column]
+    return {column.strip().lower() for column in chosen if isinstance(column, str)}
 
 
 def _parts(

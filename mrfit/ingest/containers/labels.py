@@ -44,12 +44,13 @@ def labels_of(signals: Sequence[str], lists: Mapping[str, Sequence[str]]) -> tup
     names: dict[str, str] = {}
     units: dict[str, str] = {}
     for base, members in grouped((match[1], match[0]) for match in columns).items():
+        pandas = f"{base.removesuffix('_values')}_items"  # block0_items of block0_values
         for words, found in ((NAME_LISTS, names), (UNIT_LISTS, units)):
             near = [
                 (len(parent), sum(map(_is_known, texts)), texts)
                 for key, texts in lists.items()
                 if len(texts) == len(members)
-                and _word(key) in words
+                and (_word(key) in words or words is NAME_LISTS and key == pandas)
                 and f"{base}.".startswith(f"{parent}." if (parent := key.strip(".").rpartition(".")[0]) else "")
             ]
             if near:
