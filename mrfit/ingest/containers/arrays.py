@@ -16,7 +16,7 @@ from mrfit.ingest.containers.attributes import unit_beside
 from mrfit.ingest.containers.labels import LONGEST_LABEL, MOST_LABELS, is_name_list, labels_of
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
-from mrfit.ingest.containers.runs import conditions_in, only_logs, tests_of
+from mrfit.ingest.containers.runs import conditions_in, only_logs, split_in_tests
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -196,7 +196,7 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     names, units = labels_of(list(arrays.signals), arrays.lists)
     arrays.labels = {n: label for n, label in (names | arrays.labels).items() if n.lower() not in mapped}
     arrays.units = units | arrays.units
-    tests = tests_of(list(arrays.signals), {name: len(values) for name, values in arrays.signals.items()})
+    tests = split_in_tests(list(arrays.signals), {name: len(values) for name, values in arrays.signals.items()})
     if mapped & {name.lower() for names in tests.values() for name in names}:
         tests = {}
     tables: list[Table] = []

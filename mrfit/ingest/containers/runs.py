@@ -2,12 +2,10 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from mrfit.core.channels import unit_of
 from mrfit.core.counting import few
 from mrfit.core.grouping import grouped
-from mrfit.core.recording import Finding
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import excerpt
@@ -28,7 +26,7 @@ FEW_RESULTS, FAR_FEWER = 32, 10
 """A table without times of so few rows, and so many times fewer than another has, is no log."""
 
 
-def tests_of(names: Sequence[str], lengths: Mapping[str, int]) -> dict[str, list[str]]:
+def split_in_tests(names: Sequence[str], lengths: Mapping[str, int]) -> dict[str, list[str]]:
     """Return the groups or elements of a struct array that are tests, in their order, with the arrays in each.
 
     Such groups lie beside each other and hold arrays of the same names. As sensors do so too, they are tests only if
@@ -99,13 +97,17 @@ def _is_far_fewer(rows: int, most: int) -> bool:
     return rows <= FEW_RESULTS and FAR_FEWER * rows <= most
 
 
+def _is_in_doubt(table: Table) -> bool:
+    return any(f.kind == "rate-unclear" for f in table.findings)
+
+
 def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:
     """Return the tables that can be logs; others are left out and said: without a clock, or of a few results.
 
-    Where none has a clock, all are returned.
+    Where none has a clock, all are returned; one whose rate is in doubt is to be asked for.
     """
     logs: list[Table] = []
-    clocked = [t for t in tables if t.time is not None or t.dt or source.rules.dt]
+    clocked = [t for t in tables if t.time is not None or t.dt or source.rules.dt or _is_in_doubt(t)]
     longest = max(clocked, key=lambda t: t.rows, default=None)
     if longest is not None:  # slow channels have few samples, and state their own rate
         most = longest.rows
@@ -115,6 +117,4 @@ def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:
         return list(tables)
     shown = few([f"'{excerpt(c.name)}' ({t.rows})" for t in left for c in t.columns], 8)
     text = f"tables without times beside those with them, or of a few results, are no logs and left out: {shown}"
-    unclear = tuple(f for t in left for f in t.findings if f.kind == "rate-unclear")
-    said = (*logs[0].findings, Finding("not-read", "", None, text), *unclear)
-    return [replace(logs[0], findings=said), *logs[1:]]
+    return [logs[0].finding("not-read", text), *logs[1:]]
