@@ -258,8 +258,11 @@ def _about(content: Mapping[str, Any], around: _RunArrays) -> _RunArrays:
     )
 
 
-def _has_list(value: Any) -> bool:
-    return isinstance(value, list) or isinstance(value, dict) and any(map(_has_list, value.values()))
+def _has_list(value: Any, deepest: int = DEEPEST_OBJECT) -> bool:
+    """Whether a value is or holds a list, or is too deep to tell."""
+    if not isinstance(value, dict):
+        return isinstance(value, list)
+    return not deepest or any(_has_list(inner, deepest - 1) for inner in value.values())
 
 
 def _factors_in(content: Mapping[str, Any]) -> list[str]:

@@ -71,3 +71,60 @@ def test_pairs_whose_order_is_not_stated_are_said(
     applied = "multiplier" not in about and not (kind is np.float64 and {"scale", "slope"} & about.keys())
     low, high = (float(v) for v in list(about.values())[:2]) if applied else (1.0, 0.0)
     np.testing.assert_allclose(record.channels["force"], low * stored + high)
+
+
+def _file(datasets: dict[str, object], attributes: dict[str, object] | None = None) -> bytes:
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        for name, values in datasets.items():
+            file[name] = values
+        file.attrs.update(attributes or {})
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("beside", "attributes"),
+    [
+        ({}, {"t_units": "s", "disp_units": "mm", "force_units": "kN"}),
+        ({"units/t": "s", "units/disp": "mm", "units/force": "kN"}, {}),
+        ({"disp_unit": np.bytes_("mm"), "force_unit": "kN", "t_unit": "s"}, {}),
+    ],
+)
+def test_units_beside_the_datasets(beside: dict[str, object], attributes: dict[str, object], read_log: ReadLog) -> None:
+    time, one, two = signals()
+    (record,) = read_log(_file({"t": time, "disp": one, "force": two, **beside}, attributes), "run.h5")
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * one)
+    np.testing.assert_allclose(record.channels["force"], 1e3 * two)
+    assert not [f for f in record.findings if f.kind == "unit-assumed"]
+
+
+def test_texts_of_other_names_are_no_units(read_log: ReadLog) -> None:
+    time, one, _ = signals()
+    (record,) = read_log(_file({"t": time, "force": one, "other/force": "kN"}, {"forces_units": "kN"}), "run.h5")
+    np.testing.assert_allclose(record.channels["force"], one)
+
+
+@pytest.mark.parametrize("more", [[], [b"Current"]])
+def test_names_and_units_beside_a_matrix(more: list[bytes], read_log: ReadLog) -> None:
+    _, one, two = signals()
+    beside = {"names": np.array([b"Stroke", b"Load", *more]), "channel_units": np.array([b"mm", b"kN"]), "fs": 800.0}
+    (record,) = read_log(_file({"data": np.array([one, two])[:, ::-1], **beside}), "run.h5")
+    assert record.dt == pytest.approx(1.0 / 800.0) and set(record.channels) == {"displacement", "force"}
+    named = _file({"data": np.array([one, two]), **beside, "channel_units": np.array([b"V", b"V"])})
+    assert set(read_log(named, "run.h5")[0].channels) == ({"data_0", "data_1"} if more else {"stroke", "load"})
+
+
+def test_groups_are_tests_in_the_order_of_their_numbers(read_log: ReadLog) -> None:
+    _, one, _ = signals()
+    sizes = {"run_10": 60, "run_9": 40, "run_1": 90}
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        for name, size in sizes.items():
+            file[f"{name}/force (N)"] = one[:size]
+            file[name].attrs.update({"dt_ms": 2.0, "current_A": float(size)})
+        file["results/peak"] = np.arange(3.0)
+    records = read_log(buffer.getvalue(), "run.h5")
+    assert [r.samples for r in records] == [90, 40, 60] and {r.dt for r in records} == {0.002}
+    assert [r.condition["current"] for r in records] == [90.0, 40.0, 60.0]
+    assert [r.history[1] for r in records] == [f"test '{n}' of the file" for n in ("run_1", "run_9", "run_10")]
+    assert any(f.kind == "not-read" and "'results.peak' (3)" in f.text for f in records[0].findings)

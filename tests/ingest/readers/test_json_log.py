@@ -90,6 +90,68 @@ def test_what_is_no_log_is_refused_with_the_reason(text: str, reason: str, tmp_p
         read([tmp_path / "odd.json"], Settings())
 
 
+def _with_units(unit: str = "N") -> list[dict[str, Any]]:
+    units_of = {"t": "s", "force": "N", "x": "mm"}
+    rows = [{n: {"value": v, "unit": units_of[n]} for n, v in record.items()} for record in RECORDS]
+    rows[3]["force"]["unit"] = unit
+    return rows
+
+
+SAMPLES = [{"type": "sample", "n": k, "force": r["force"], "x": r["x"]} for k, r in enumerate(RECORDS)]
+HEADER = {"type": "header", "rate": 500, "units": UNITS}
+LONG = [{"t": r["t"], "ch": n, "v": r[n], "unit": UNITS[n]} for r in RECORDS for n in ("force", "x")]
+NESTED = [{"t": r["t"], "rig": {"force_N": r["force"], "x_mm": r["x"]}} for r in RECORDS]
+MORE_FORMS: dict[str, tuple[Any, ...]] = {
+    "records with units": (_with_units(),),
+    "a header record": (HEADER, *SAMPLES),
+    "two header records": ({"version": 3}, HEADER, *SAMPLES),
+    "a row for each channel and time": (LONG,),
+    "objects in records": (NESTED,),
+    "metadata beside the data": (
+        {"metadata": {"sampling_frequency": {"value": 500, "unit": "Hz"}, "units": UNITS}, "data": NAMED},
+    ),
+    "units beside the arrays": ({"dt_ms": 2, "force_unit": "N", "x_units": "mm", **NAMED},),
+    "header and rows": ({"header": ["t", "force (N)", "x (mm)"], "rows": SPLIT},),
+}
+
+
+@pytest.mark.parametrize("form", MORE_FORMS)
+def test_objects_tell_of_the_numbers_beside_them(form: str, tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text("\n".join(json.dumps(one) for one in MORE_FORMS[form]))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert recording.dt == pytest.approx(0.002)
+    np.testing.assert_allclose(recording.channels["force"], FORCE, atol=1e-9)
+    np.testing.assert_allclose(recording.channels["displacement"], TRAVEL / 1e3, atol=1e-12)
+
+
+def test_units_that_change_from_record_to_record_are_no_unit(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(json.dumps(_with_units("kN")))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert "unknown-unit" in {f.kind for f in recording.findings} and "force" not in recording.channels
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ({"fs": 500, "dt_ms": 5, **NAMED}, "fs = 500 and dt_ms = 5 ms: not used"),
+        ({"camera": {"fs": 30}, **NAMED}, "camera.fs = 30: not used"),
+        ([HEADER | {"force": 1.0}, *SAMPLES], "no sample rate"),
+    ],
+)
+def test_a_rate_in_doubt_is_not_used(content: Any, said: str, tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(json.dumps(content))
+    with pytest.raises(Refusal, match=f"{said}|no array of numbers"):
+        read([tmp_path / "run.json"], Settings())
+
+
+def test_runs_say_where_in_the_file_they_are(tmp_path: Path) -> None:
+    runs = {name: {"dt": 0.002, "units": UNITS, **NAMED} for name in ("b", "a")} | {"peaks": {"force": [1.0, 2.0]}}
+    (tmp_path / "run.json").write_text(json.dumps({"log": runs}))
+    recordings = read([tmp_path / "run.json"], Settings()).recordings
+    assert [r.history[1] for r in recordings] == ["run 'log.b' of the file", "run 'log.a' of the file"]
+    assert any(f.kind == "not-read" for f in recordings[0].findings)
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_a_folders_logs_are_read_and_its_settings_are_not(form: str, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text(json.dumps(FORMS[form]()))

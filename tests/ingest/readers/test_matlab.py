@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from mrfit.ingest.readers.matlab import is_version_4
 from mrfit.ingest.refusal import Refusal
 from tests.ingest.conftest import ReadLog
 from tests.ingest.samples import DT, matlab, matlab_seven_three, seven_three, signals
@@ -173,3 +174,97 @@ def test_no_rate_is_refused_and_the_map_mends_it(read_log: ReadLog) -> None:
 def test_damaged_file_is_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="damaged MAT-file"):
         read_log(matlab().data[:900], "run.mat")
+
+
+@pytest.mark.parametrize("rate", ["500 Hz", "2 ms", "fast"])
+def test_a_rate_as_a_text(rate: str, read_log: ReadLog) -> None:
+    name = "dt" if "ms" in rate else "SampleRate"
+    data = _mat({"force": signals()[1], name: rate})
+    if rate == "fast":
+        with pytest.raises(Refusal, match="no sample rate"):
+            read_log(data, "run.mat")
+        return
+    assert read_log(data, "run.mat")[0].dt == pytest.approx(0.002)
+
+
+def _cell(*texts: str) -> np.ndarray[Any, Any]:
+    return np.array(texts, dtype=object)
+
+
+@pytest.mark.parametrize("within", [False, True])
+def test_column_headers_beside_a_matrix(within: bool, read_log: ReadLog) -> None:
+    """As importdata returns them, or saved beside the matrix."""
+    time, one, two = signals()
+    heads = _cell("Time (s)", "Displacement (mm)", "Force (kN)")[None, :]
+    variables = {"data": np.column_stack([time, one, two]), "colheaders": heads, "textdata": heads}
+    (record,) = read_log(_mat({"importdata": variables} if within else variables), "run.mat")
+    assert record.dt == pytest.approx(DT)
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * one)
+    np.testing.assert_allclose(record.channels["force"], 1e3 * two)
+
+
+@pytest.mark.parametrize("labels", [_cell("Displacement", "Force"), np.array(["Displacement", "Force       "])])
+def test_labels_and_units_beside_a_matrix(labels: np.ndarray[Any, Any], read_log: ReadLog) -> None:
+    _, one, two = signals()
+    variables = {"data": np.column_stack([one, two]), "labels": labels, "units": _cell("mm", "kN"), "Fs": 2048.0}
+    (record,) = read_log(_mat(variables), "run.mat")
+    np.testing.assert_allclose(record.channels["force"], 1e3 * two)
+    assert record.dt == 1.0 / 2048.0
+    chosen = '[channels]\nforce = {column = "data[0]", unit = "N"}\n'
+    np.testing.assert_allclose(read_log(_mat(variables), "run.mat", chosen)[0].channels["force"], one)
+
+
+@pytest.mark.parametrize("timed", [False, True])
+def test_an_export_of_catman(timed: bool, read_log: ReadLog) -> None:
+    time, one, two = signals()
+    channels = [("Weg", "mm", one), ("Kraft", "kN", two), *([("Zeit 1", "s", time)] if timed else [])]
+    variables: dict[str, object] = {"File_Header": {"NumberOfChannels": "2", "SampleFrequency": "1200"}}
+    for k, (name, unit, values) in enumerate(channels):
+        variables[f"Channel_{k}_Data"] = values[:, None]
+        variables[f"Channel_{k}_Header"] = {
+            "SampleFrequency": "1200",
+            "Unit": unit,
+            "SignalName": name,
+            "NoValues": 9.0,
+        }
+    (record,) = read_log(_mat(variables), "run.mat")
+    assert set(record.channels) == {"displacement", "force"}
+    assert record.dt == pytest.approx(DT if timed else 1.0 / 1200.0)
+    np.testing.assert_allclose(record.channels["force"], 1e3 * two)
+
+
+def test_elements_of_a_struct_array_are_tests(read_log: ReadLog) -> None:
+    time, one, _ = signals()
+    times = [time[:60], time[:90]]
+    tests = _struct_array(time_s=times, force_N=[one[:60], one[:90]], current_A=[0.5, 1.0], note=["", ""])
+    first, second = read_log(_mat({"tests": tests}), "run.mat")
+    assert (first.samples, second.samples) == (60, 90)
+    assert (first.condition, second.condition) == ({"current": 0.5}, {"current": 1.0})
+    assert (first.history[1], second.history[1]) == ("test 'tests[0]' of the file", "test 'tests[1]' of the file")
+
+
+def test_structs_of_one_length_are_tests_where_they_are_called_so(read_log: ReadLog) -> None:
+    time, one, two = signals()
+    pair = {f"{{}}_{k}": {"t_s": time, "x_mm": one, "F_N": (k + 1.0) * two} for k in (0, 1)}
+    records = read_log(_mat({name.format("test"): fields for name, fields in pair.items()}), "run.mat")
+    assert [set(r.channels) for r in records] == [{"displacement", "force"}] * 2
+    np.testing.assert_allclose(records[1].channels["force"], 2.0 * two)
+    assert len(read_log(_mat({name.format("side"): fields for name, fields in pair.items()}), "run.mat")) == 1
+
+
+def test_version_four(read_log: ReadLog) -> None:
+    buffer = io.BytesIO()
+    _, one, two = signals()
+    savemat(buffer, {"disp_mm": one, "force_N": two, "fs": 500.0}, format="4")
+    (record,) = read_log(buffer.getvalue(), "run.mat")
+    assert record.dt == 0.002 and set(record.channels) == {"displacement", "force"}
+    with pytest.raises(Refusal):
+        read_log(buffer.getvalue()[:200], "run.mat")
+
+
+@pytest.mark.parametrize("place", [0, 6, 12, 16, 21])
+def test_other_bytes_are_no_version_four(place: int) -> None:
+    header = np.array([0, 50, 1, 0, 3], dtype="<i4").tobytes() + b"fs\0" + bytes(400)
+    big = np.array([1000, 50, 1, 0, 3], dtype=">i4").tobytes() + b"fs\0"
+    assert is_version_4(header) and is_version_4(big) and not is_version_4(header[:10])
+    assert not is_version_4(header[:place] + b"\xff\xff" + header[place + 2 :])

@@ -1,4 +1,6 @@
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,3 +87,87 @@ def test_the_map_says_which_column_is_time_and_in_which_unit(read_log: ReadLog, 
 def test_truncated_file_is_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="damaged Parquet"):
         read_log(parquet().data[:-20])
+
+
+TIME = np.arange(60) * 0.002
+FORCE, TRAVEL = np.sin(60.0 * TIME), np.cos(60.0 * TIME)
+
+
+def _parquet(columns: dict[str, Any], metadata: dict[str, str] | None = None) -> bytes:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    buffer = io.BytesIO()
+    pq.write_table(pa.table(columns).replace_schema_metadata(metadata or {}), buffer)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    "metadata",
+    [
+        {"sample_rate_hz": "500"},
+        {"SampleRate": "500 Hz"},
+        {"PANDAS_ATTRS": '{"dt_ms": 2}'},
+        {"about": '{"sampling": {"sample_rate": {"value": 0.5, "unit": "kHz"}}}'},
+    ],
+)
+def test_a_rate_in_the_metadata(metadata: dict[str, str], read_log: ReadLog) -> None:
+    (record,) = read_log(_parquet({"force_N": FORCE}, metadata), "run.parquet")
+    assert record.dt == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize(
+    ("metadata", "said"),
+    [
+        ({"sample_rate_hz": "500", "dt_ms": "5"}, "sample_rate_hz = 500 Hz and dt_ms = 5 ms: not used"),
+        ({"camera": '{"fs": 30}'}, r"camera.fs = 30: not used"),
+        ({"about": "{" * 5000, "note": "500 Hz"}, "no sample rate"),
+    ],
+)
+def test_a_rate_in_doubt_is_not_used(metadata: dict[str, str], said: str, read_log: ReadLog) -> None:
+    with pytest.raises(Refusal, match=said):
+        read_log(_parquet({"force_N": FORCE}, metadata), "run.parquet")
+
+
+@pytest.mark.parametrize(
+    ("metadata", "known"),
+    [
+        ({"units": '{"time": "s", "disp": "mm", "force": "kN"}'}, True),
+        ({"PANDAS_ATTRS": '{"units": {"time": "s", "disp": "mm", "force": "kN"}}'}, True),
+        ({"time_unit": "s", "disp_unit": "mm", "force_unit": "kN"}, True),
+        ({"units": '["s", "mm"]', "comment": '{"disp": "mm"}'}, False),
+    ],
+)
+def test_units_in_the_metadata(metadata: dict[str, str], known: bool, read_log: ReadLog) -> None:
+    (record,) = read_log(_parquet({"time": TIME, "disp": TRAVEL, "force": FORCE}, metadata), "run.parquet")
+    np.testing.assert_allclose(record.channels["displacement"], (1e-3 if known else 1.0) * TRAVEL)
+    np.testing.assert_allclose(record.channels["force"], (1e3 if known else 1.0) * FORCE)
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_row_for_each_channel_and_time(packed: bool, read_log: ReadLog) -> None:
+    import pyarrow as pa
+
+    names = pa.array(["disp_mm", "force_N"] * len(TIME))
+    columns = {
+        "time_s": np.repeat(TIME, 2),
+        "channel": names.dictionary_encode() if packed else names,
+        "value": np.column_stack([TRAVEL, FORCE]).ravel(),
+    }
+    (record,) = read_log(_parquet(columns), "run.parquet")
+    assert record.dt == pytest.approx(0.002) and "long-format" in {f.kind for f in record.findings}
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * TRAVEL)
+    np.testing.assert_allclose(record.channels["force"], FORCE)
+
+
+def test_a_text_beside_two_values_is_no_channel(read_log: ReadLog) -> None:
+    columns = {"time_s": TIME, "channel": ["a"] * len(TIME), "value": FORCE, "disp_mm": TRAVEL, "force_N": FORCE}
+    (record,) = read_log(_parquet(columns), "run.parquet")
+    assert record.samples == len(TIME) and "no-channel" in {f.kind for f in record.findings}
+
+
+@pytest.mark.parametrize("names", [[f"c{k}" for k in range(600)], ["a", "b" * 1000] * 300])
+def test_texts_that_are_no_few_channels_are_refused(names: list[str], read_log: ReadLog) -> None:
+    columns = {"time": np.arange(600.0), "channel": names, "value": np.arange(600.0)}
+    with pytest.raises(Refusal, match="no few channels"):
+        read_log(_parquet(columns), "run.parquet")

@@ -2,14 +2,14 @@ import io
 
 import numpy as np
 import pytest
-from nptdms import ChannelObject, TdmsWriter
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from mrfit.ingest.refusal import Refusal
 from tests.ingest.conftest import ReadLog
 from tests.ingest.samples import signals, tdms
 
 
-def _file(*channels: ChannelObject) -> bytes:
+def _file(*channels: ChannelObject | GroupObject | RootObject) -> bytes:
     buffer = io.BytesIO()
     with TdmsWriter(buffer) as writer:
         writer.write_segment(list(channels))
@@ -109,3 +109,45 @@ def test_a_spectrum_has_no_sample_rate(read_log: ReadLog) -> None:
 def test_damaged_file_is_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal):
         read_log(tdms().data[:60], "run.tdms")
+
+
+@pytest.mark.parametrize(
+    ("root", "group", "channel", "dt"),
+    [
+        ({"Sample Rate": 2000.0}, {}, {}, 0.0005),
+        ({}, {"SamplingRate": "2 kHz"}, {}, 0.0005),
+        ({}, {}, {"dt_ms": 0.5}, 0.0005),
+        ({"Sample Rate": 2000.0}, {"SamplingRate": 500.0}, {}, None),
+        ({"camera_sample_rate_hz": 30.0}, {}, {}, None),
+        ({"Operator": "2000"}, {}, {}, None),
+        ({"Sample Rate": 2000.0}, {}, {"wf_increment": 1.0}, 0.0005),
+        ({"Sample Rate": 2000.0}, {}, {"wf_increment": 0.01}, 0.01),
+    ],
+)
+def test_rates_among_properties(
+    root: dict[str, object], group: dict[str, object], channel: dict[str, object], dt: float | None, read_log: ReadLog
+) -> None:
+    load = ChannelObject("rig", "Load (N)", signals()[1], properties=channel)
+    data = _file(RootObject(root), GroupObject("rig", group), load)
+    if dt is None:
+        with pytest.raises(Refusal, match=r"not used|no sample rate \(columns: 'Load'\)"):
+            read_log(data, "run.tdms")
+        return
+    (record,) = read_log(data, "run.tdms")
+    assert record.dt == pytest.approx(dt)
+    assert ("rate-doubtful" in {f.kind for f in record.findings}) == ("wf_increment" in channel)
+
+
+@pytest.mark.parametrize("timed", [False, True])
+def test_a_group_of_results_is_left_out(timed: bool, read_log: ReadLog) -> None:
+    time, one, _ = signals()
+    clock = [ChannelObject("Stats", "Time", np.arange(3.0))] if timed else []
+    data = _file(
+        ChannelObject("Test 1", "Time (s)", time),
+        ChannelObject("Test 1", "Load (N)", one),
+        *clock,
+        ChannelObject("Stats", "Peak (N)", np.arange(3.0)),
+    )
+    records = read_log(data, "run.tdms")
+    assert [r.history[1] for r in records] == ["group 'Stats' of the file"] * timed + ["group 'Test 1' of the file"]
+    assert any(f.kind == "not-read" for f in records[0].findings) != timed
