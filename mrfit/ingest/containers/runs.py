@@ -1,5 +1,6 @@
 """Tests that a file of named arrays holds side by side, and tables of a file that are no logs."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 
@@ -87,7 +88,7 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
         word = bare.strip().lower()
         key = {"freq": "frequency"}.get(word, word if word in CONDITION_UNITS else "".join(aliases_of(bare)[:1]))
         wanted = CONDITION_UNITS.get(key)
-        if wanted and unit and units.known(unit) and units.compatible(unit, wanted):
+        if wanted and unit and math.isfinite(value) and units.known(unit) and units.compatible(unit, wanted):
             conversion = units.to_unit(unit, wanted)
             found[key] = conversion.scale * value + conversion.offset
     return found

@@ -87,7 +87,7 @@ def test_arrays_that_a_map_calls_by_their_paths_keep_them(rules: Rules) -> None:
             {"current": 0.5, "frequency": 2, "amplitude": 0.005},
         ),
         ({"Temperature (°C)": 40.0}, {"temperature": 40.0}),
-        ({"current": 0.5, "force_N": 3.0, "number": 2.0, "current_N": 1.0}, {}),
+        ({"current": 0.5, "force_N": 3.0, "number": 2.0, "current_N": 1.0, "current_mA": np.nan}, {}),
     ],
 )
 def test_numbers_of_a_test_with_a_unit_are_conditions(told: dict[str, float], found: dict[str, float]) -> None:
