@@ -19,7 +19,9 @@ TEST_WORDS = re.compile(
     re.IGNORECASE,
 )
 """Words in the names of groups that are tests of their own."""
-CONDITION_UNITS = {"frequency": "Hz", "amplitude": "m"} | {n: unit_of(n) for n in ("current", "voltage", "temperature")}
+UNITS_OF_CONDITIONS = {"frequency": "Hz", "amplitude": "m"} | {
+    n: unit_of(n) for n in ("current", "voltage", "temperature")
+}
 """Conditions of a test that its numbers may state, with their SI units."""
 DEEPEST_TEST = 6
 """Groups in groups in which tests are looked for."""
@@ -86,8 +88,8 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
             bare, _, unit = name.rpartition("_")
         unit = written.get(name) or unit or ""
         word = bare.strip().lower()
-        key = {"freq": "frequency"}.get(word, word if word in CONDITION_UNITS else "".join(aliases_of(bare)[:1]))
-        wanted = CONDITION_UNITS.get(key)
+        key = {"freq": "frequency"}.get(word, word if word in UNITS_OF_CONDITIONS else "".join(aliases_of(bare)[:1]))
+        wanted = UNITS_OF_CONDITIONS.get(key)
         if wanted and unit and math.isfinite(value) and units.known(unit) and units.compatible(unit, wanted):
             conversion = units.to_unit(unit, wanted)
             found[key] = conversion.scale * value + conversion.offset
