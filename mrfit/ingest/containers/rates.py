@@ -31,7 +31,7 @@ NAMES_OF_RATES = (
     *("samplingfreq", "acquisitionrate", "scanrate"),
 )
 UNIT_SUFFIXES = ("hz", "khz", "mhz", "s", "sec", "seconds", "ms", "us", "ns")
-"""Words at the end of a name that say the unit of its number; as here, of ``mhz`` nobody means the small one."""
+"""Words at the end of a name that say the unit of its number; ``mhz`` is MHz, since nobody counts samples in mHz."""
 DECIMATIONS = ("decimation", "decimate", "downsampling", "downsample")
 PLAIN_WORDS = frozenset(
     "sample samples sampling scan acquisition rate frequency freq interval period time fs dt "
@@ -41,7 +41,7 @@ PLAIN_WORDS = frozenset(
 SAME_INTERVAL = 1e-3
 """Relative difference of intervals that are one, printed or computed differently."""
 LONGEST_STATEMENT = 60
-"""Characters of a text that may state a number with its unit."""
+"""Characters of a text that may state a number with its unit, and of a name."""
 DEEPEST_STATEMENT = 4
 """Objects inside each other in which a rate is looked for."""
 MARKED = re.compile(r"\d[\d.,' ]*[.,' ]\d+\s*[A-Za-z/]+")
@@ -75,7 +75,7 @@ MAY_TELL = re.compile(r"fs|ts|dt|delta|increment|rate|freq|interval|period|time|
 
 def may_tell(name: str) -> bool:
     """Whether a name may be that of a rate, or of what speaks against one."""
-    return bool(MAY_TELL.search(name))
+    return len(name) <= LONGEST_STATEMENT and bool(MAY_TELL.search(name))
 
 
 def told_in(about: Mapping[Any, Any], within: str = "", deepest: int = DEEPEST_STATEMENT) -> list[StatedNumber]:

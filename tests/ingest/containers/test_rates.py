@@ -68,6 +68,7 @@ def test_a_rate_in_doubt_is_said_and_not_used(about: dict[str, object], said: st
         {"sample_rate": 10**400},
         {"note": "sample rate 500 Hz"},
         {"sample_rate": "x" * 10_000},
+        {"sample rate " * 1000: 500},
     ],
 )
 def test_other_attributes_state_none(about: dict[str, object]) -> None:
