@@ -16,7 +16,7 @@ from mrfit.ingest.containers.attributes import unit_beside
 from mrfit.ingest.containers.labels import LONGEST_LABEL, MOST_LABELS, is_name_list, labels_of
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
-from mrfit.ingest.containers.runs import conditions_in, only_logs, split_in_tests
+from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs, split_in_tests
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -206,10 +206,6 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     findings = tuple(arrays.findings)
     if arrays.outside:
         findings += (Finding("not-read", "", None, f"{_elsewhere(arrays)}: left out"),)
-    if tests:
-        shown = few([f"'{excerpt(name)}'" for name in tests], 8)
-        text = f"the file holds {len(tests)} tests, in this order: {shown}"
-        findings += (Finding("several-tests", "", None, text),)
     logs = only_logs(tables, source)
     return [replace(logs[0], findings=(*findings, *logs[0].findings)), *logs[1:]]
 
@@ -245,8 +241,8 @@ def _parts(
         taken = [n for n in taken if len(arrays.signals[n]) in rows]
         part = _part(arrays, [*taken, *names], test, tests)
         own = {k: v for k, v in part.scalars.items() if "." not in k}
-        history = (f"test '{excerpt(test)}' of the file",)
-        parts.append((part, conditions_in(own, part.units | _units_of(own, part)), history))
+        condition = conditions_in(own, part.units | _units_of(own, part))
+        parts.append((part, condition, history_of("test", test)))
         beside = [n for n in beside if n not in taken]
     if beside:
         yield _part(arrays, beside, "", tests), {}, ()

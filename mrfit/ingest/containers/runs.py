@@ -23,6 +23,7 @@ UNITS_OF_CONDITIONS = {"frequency": "Hz", "amplitude": "m"} | {
     n: unit_of(n) for n in ("current", "voltage", "temperature")
 }
 """Conditions of a test that its numbers may state, with their SI units."""
+OF_FILE = " of the file"
 DEEPEST_TEST = 6
 """Groups in groups in which tests are looked for."""
 FEW_RESULTS, FAR_FEWER = 32, 10
@@ -117,7 +118,21 @@ def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:
         logs = [t for t in clocked if t.time is not None or t.dt != longest.dt or not _is_far_fewer(t.rows, most)]
     left = [t for t in tables if all(t is not log for log in logs)]
     if not logs or not left:
-        return list(tables)
+        return _told_apart(list(tables))
     shown = few([f"'{excerpt(c.name)}' ({t.rows})" for t in left for c in t.columns], 8)
     text = f"tables without times beside those with them, or of a few results, are no logs and left out: {shown}"
-    return [logs[0].finding("not-read", text), *logs[1:]]
+    return _told_apart([logs[0].finding("not-read", text), *logs[1:]])
+
+
+def _told_apart(tables: list[Table]) -> list[Table]:
+    """Return tables, the first with what in the file each is of, by their histories, where these differ."""
+    places = dict.fromkeys(t.history[0].removesuffix(OF_FILE) for t in tables if t.history)
+    if len(places) < 2:
+        return tables
+    text = f"the file holds, in the order of the recordings: {few([*places], 8)}"
+    return [tables[0].finding("several-tests", text), *tables[1:]]
+
+
+def history_of(kind: str, name: str) -> tuple[str, ...]:
+    """Return the first entry of the history of a table from one group, run or test of a file."""
+    return (f"{kind} '{excerpt(name)}'{OF_FILE}",)

@@ -21,9 +21,9 @@ from mrfit.ingest.containers.attributes import (
 )
 from mrfit.ingest.containers.labels import is_name_list
 from mrfit.ingest.containers.rates import stated_rate, texts_in, told_in
-from mrfit.ingest.containers.runs import only_logs
+from mrfit.ingest.containers.runs import history_of, only_logs
 from mrfit.ingest.readers.parquet import log_time
-from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import Header, name_and_unit, name_and_units
@@ -66,7 +66,7 @@ def read(source: Source) -> list[Table]:
         raise Refusal(source.head.path, "no array of numbers in this JSON file", remedy)
     tables = [_table(run, source) for run in found]
     if len(found) > 1:
-        told = [(f"run '{excerpt(run.place)}' of the file",) for run in found]
+        told = [history_of("run", run.place) for run in found]
         tables = [replace(t, history=(*said, *t.history)) for t, said in zip(tables, told, strict=True)]
     return only_logs(tables, source)
 

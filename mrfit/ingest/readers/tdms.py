@@ -13,11 +13,11 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
 from mrfit.ingest.containers.attributes import doubt_of, units_in
 from mrfit.ingest.containers.rates import SAME_INTERVAL, StatedNumber, stated_rate, told_in
-from mrfit.ingest.containers.runs import conditions_in, only_logs
+from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
-from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged, excerpt
+from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_units
@@ -101,10 +101,7 @@ class _TdmsGroup:
     def test(self) -> dict[str, Any]:
         """Return condition and history of the group as a test of its own."""
         numbers = {k: float(v) for k, v in self.about.items() if isinstance(v, (int, float, np.number))}
-        return {
-            "condition": conditions_in(numbers, {}),
-            "history": (f"group '{excerpt(self.name)}' of the file",),
-        }
+        return {"condition": conditions_in(numbers, {}), "history": history_of("group", self.name)}
 
 
 def _groups(path: Path, source: Source) -> list[_TdmsGroup]:

@@ -51,7 +51,9 @@ def test_tests_come_in_the_order_of_the_file_each_with_its_name_and_condition() 
     ]
     assert (first.history, second.history) == (("test 'run_01' of the file",), ("test 'run_02' of the file",))
     assert [c.name for c in second.columns] == ["disp", "force"]
-    assert [f.text for f in first.findings] == ["the file holds 2 tests, in this order: 'run_01', 'run_02'"]
+    assert [f.text for f in first.findings] == [
+        "the file holds, in the order of the recordings: test 'run_01', test 'run_02'"
+    ]
 
 
 def test_a_rate_of_the_file_holds_for_each_test_and_one_that_differs_is_said() -> None:
