@@ -47,6 +47,18 @@ def test_a_master_that_is_no_time_gives_no_rate(read_log: ReadLog, tmp_path: Pat
     assert record.dt == 0.01 and "force" in record.channels
 
 
+def test_a_group_without_times_beside_one_with_them_is_left_out(read_log: ReadLog, tmp_path: Path) -> None:
+    angle, one, two = signals()
+    with asammdf.MDF(version="4.10") as made:
+        made.append([asammdf.Signal(two[:90], angle[:90] + 0.05, name="Peak", unit="N", master_metadata=("crank", 2))])
+        made.append([asammdf.Signal(one, angle + 0.05, name="Load", unit="N")])
+        path = Path(made.save(tmp_path / "two.mf4"))
+    (record,) = read_log(path.read_bytes(), "run.mf4")
+    assert record.samples == len(one)
+    assert [f.text for f in record.findings if f.kind == "not-read" and "'Peak' (90)" in f.text]
+    assert len(read_log(path.read_bytes(), "run.mf4", "rate = 100\n")) == 2
+
+
 def test_texts_and_enumerations_are_no_channels(read_log: ReadLog, tmp_path: Path) -> None:
     """A value-to-text conversion (MDF's CC type 7) turns a state into words."""
     time, one, _ = signals()
