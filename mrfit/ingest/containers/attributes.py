@@ -18,7 +18,7 @@ COUNTED_SCALES = ("scale", "slope")
 """Words for the factor of whole numbers; beside measured ones they may mean anything."""
 OTHER_FACTOR_ATTRIBUTES = (
     *("multiplier", "factor", "scaling", "zero", "bias"),
-    *("sensitivity", "calibration", "calibration_factor", "lsb"),
+    *("sensitivity", "calibration", "calibration_factor", "conversion_factor", "lsb"),
 )
 """More words of that kind, which are said and never applied."""
 FILL_ATTRIBUTES = ("_fillvalue", "missing_value", "fillvalue", "fill_value", "missingvalue", "nodata", "nodata_value")

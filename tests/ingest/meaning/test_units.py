@@ -53,6 +53,9 @@ from mrfit.ingest.meaning import units
         ("mS", "s", 1e-3, 0.0),
         ("mseg", "s", 1e-3, 0.0),
         ("Grad C", "degC", 1.0, 0.0),
+        ("\ufffdC", "degC", 1.0, 0.0),  # a degree sign in an encoding that nobody knows
+        ("INCH", "m", 0.0254, 0.0),
+        ("milímetros", "m", 1e-3, 0.0),
         ("mm·s⁻¹", "m/s", 1e-3, 0.0),
         ("m s⁻²", "m/s^2", 1.0, 0.0),
         ("Adc", "A", 1.0, 0.0),
