@@ -28,7 +28,8 @@ _WRITTEN = {
     "V*s": "vs|v.s",
     "mV*s": "mvs",
     "Wb": "wb-t",
-    "degC": "c|degc|deg c|deg_c|deg. c|oc|'c|�c|¡c|°c|ºc|℃|celsius|degrees c|degree c|grad c|grad celsius|grados c|摄氏度",
+    "degC": "c|degc|deg c|deg_c|deg. c|oc|'c|�c|¡c|°c|ºc|℃|celsius|degrees c|degree c|grad c|grad celsius"
+    "|grados c|摄氏度",
     "degF": "f|degf|deg f|deg_f|°f|ºf|℉|fahrenheit|degrees f|degree f",
     "deg": "°|º|degrees",
     "percent": "%",
