@@ -91,13 +91,14 @@ def diagnose(
         draws = posterior_rows(cube, points, known)
     readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
+    error = float(np.sqrt(np.mean(np.concatenate(linearised.residuals) ** 2)))
     refits, unseen = left_out(group, assembly, cube, point, weight)
     return FitDiagnostics(
         intervals=intervals,
         parameters=parameters,
         derived=derived,
         conditioning=conditioning(cube, uncertainty),
-        identifiability=list(judge(cube, point, uncertainty, segments, readable).sentences),
+        identifiability=list(judge(cube, point, uncertainty, segments, readable, error=error).sentences),
         passivity=passivity_rows(judged, responses, assembly),
         drift=drift_rows(judged.parts, responses),
         repeats=repeat_rows(judged.parts, [group.floors[k].scale for k in group.chosen], responses),

@@ -1,10 +1,13 @@
 """The verdict on what data determine, on cases whose answer is known."""
 
+import re
+
 import numpy as np
 import pytest
 
-from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.identifiability import Verdict, judge, sparse_directions
+from mrfit.core import registry
+from mrfit.core.specs import Array, Param
+from mrfit.fit.diagnostics.identifiability import Verdict, _advice, judge, sparse_directions
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse
 from tests.fit.toy import linear_model, segment
 
@@ -19,7 +22,7 @@ def verdict(columns: list[Array], noise: float = 0.01, point: Array | None = Non
     _, cube = linear_model(*[role] * len(columns))
     found = analyse([np.column_stack(columns)], [noise * rng.standard_normal(SAMPLES)], [SAMPLES / 4])
     at = np.full(len(columns), 0.5) if point is None else point
-    return judge(cube, at, found, [segment(SAMPLES, 4)])
+    return judge(cube, at, found, [segment(SAMPLES, 4)], error=noise)
 
 
 @pytest.mark.parametrize(
@@ -30,8 +33,13 @@ def verdict(columns: list[Array], noise: float = 0.01, point: Array | None = Non
         ([SINE, 2 * SINE, ONE], ("p0", "p1"), 1, "together leave the output as it is"),
         ([SINE, COSINE, SINE + COSINE], ("p0", "p1", "p2"), 1, "only 2 combinations"),
         ([SINE, 0 * ONE, ONE], ("p1",), 1, "p1 has no effect on the output"),
-        ([SINE, 3e-4 * COSINE, ONE], ("p1",), 1, "p1 has no effect above the noise"),
-        ([SINE, SINE + 3e-4 * COSINE], ("p0", "p1"), 1, "by less than the noise"),
+        (
+            [SINE, 3e-4 * COSINE, ONE],
+            ("p1",),
+            1,
+            "p1 +0.04 changes the output by 0.042 % of the error",
+        ),
+        ([SINE, SINE + 3e-4 * COSINE], ("p0", "p1"), 1, "together change the output by"),
     ],
     ids=["full", "scaled", "redundant", "redundant sum", "without effect", "drowned", "drowned difference"],
 )
@@ -92,7 +100,47 @@ def test_an_interval_wider_than_the_bounds_is_said_where_no_direction_is() -> No
         singular_values=np.ones(2),
         degrees=1000.0,
     )
-    said = judge(cube, np.full(2, 0.5), found, [segment(SAMPLES, 4)])
+    said = judge(cube, np.full(2, 0.5), found, [segment(SAMPLES, 4)], error=0.01)
     assert said.open == ("p0", "p1")
     assert "all 2 parameters" not in " ".join(said.sentences)
     assert "p0 and p1 alone would be wider than the bounds" in said.sentences[0]
+
+
+@pytest.mark.parametrize("fast", [0.3, 3.0])
+def test_a_stated_change_of_the_output_is_what_a_simulation_gives(fast: float) -> None:
+    # the model lacks a term, so that its errors are alike from cycle to cycle
+    rng = np.random.default_rng(2)
+    left = 0.1 * np.cos(fast * PHASE / 4.0) + 0.01 * rng.standard_normal(SAMPLES)
+    _, cube = linear_model("yield", "yield")
+    columns = np.column_stack([SINE, SINE + 0.003 * COSINE])
+    found = analyse([columns], [left], [0.0])
+    error = float(np.sqrt(np.mean(left**2)))
+    text = " ".join(judge(cube, np.full(2, 0.5), found, [segment(SAMPLES, 4)], error=error).sentences)
+    said = re.search(
+        r"p(\d) \+([\d.]+) and p(\d) −([\d.]+) together change the output by ([\d.]+) % of the error", text
+    )
+    assert said, text
+    moved = np.zeros(2)
+    moved[int(said[1])], moved[int(said[3])] = float(said[2]) / 2.0, -float(said[4]) / 2.0
+    change = float(np.sqrt(np.mean((columns @ moved) ** 2)))
+    assert change / error == pytest.approx(float(said[5]) / 100.0, rel=0.06)
+
+
+@pytest.mark.parametrize(("place", "side"), [(0.0, "its lower bound, -1 N: the data ask for no more"), (1.0, "less")])
+def test_a_parameter_at_its_bound_is_not_said_to_have_no_effect(place: float, side: str) -> None:
+    said = " ".join(verdict([SINE, 0 * ONE, ONE], point=np.array([0.5, place, 0.5])).sentences)
+    assert "no effect" not in said
+    assert "hold p1 (" not in said
+    assert "nothing of p1" not in said
+    assert side in said
+    inside = " ".join(verdict([SINE, 0 * ONE, ONE]).sentences)
+    assert "p1 has no effect on the output in this test" in inside
+    assert "hold p1 (" in inside
+
+
+def test_advice_for_a_parameter_without_a_role_is_what_its_effect_states() -> None:
+    segments = [segment(SAMPLES, 4)]
+    own = Param("delay.tau", "s", 0.0, 0.1, 0.0)
+    assert _advice(own, segments) == registry.load("effect", "delay").SPEC.experiment
+    assert _advice(Param("v0", "m/s", 1e-4, 1.0, 0.01), segments) == ""
+    assert "loop's knee" in _advice(Param("n", "1", 1.0, 2.0, 1.0, role="hysteresis"), segments)
