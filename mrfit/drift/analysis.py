@@ -13,6 +13,7 @@ from scipy.special import ndtr, stdtrit
 
 from mrfit.core.counting import number_of
 from mrfit.core.grouping import grouped
+from mrfit.core.recording import NAMING
 from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
 from mrfit.drift.population import PIVOT_DRAWS, UNITS_NEEDED, Population, odd_units, population
@@ -44,6 +45,10 @@ STEPS_SHOWN = {
     "amplitude": (1e-3, "mm"),
     "current": (1.0, "A"),
 }
+USE_OR_TIME = ("cycles", "energy", "date", "age", "hours", "distance")
+"""Covariates that count use or time: only what follows these may be ageing."""
+ALIKE = 0.02
+"""Share of the greatest value within which a condition counts as one."""
 # Largest exponent of a number
 LARGEST_LOGARITHM = 700.0
 # Steps that are tried as change points, draws by which the greatest of them is judged, values at either side of one
@@ -141,9 +146,32 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
         tests=len({(v.log, v.condition, *sorted(v.covariates.items())) for v in values}),
         parameters=rows,
         causes=list(_causes(rows, trends)),
-        notes=list(dict.fromkeys([*(d for v in values for d in v.doubts), *(n for t in trends for n in t.notes)])),
+        notes=list(
+            dict.fromkeys(
+                [
+                    *(d for v in values for d in v.doubts),
+                    *_mixed(values, settings.over),
+                    *(n for t in trends for n in t.notes),
+                ]
+            )
+        ),
     )
     return found, trends
+
+
+def _mixed(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[str]:
+    """Yield what differs between tests that are compared as one condition and is no covariate."""
+    if not set(over) & set(NAMING):
+        return
+    for name in sorted(set(NAMING) - set(over)):
+        step, unit = STEPS_SHOWN[name]
+        known = columns_of(values, [name]) / step
+        known = known[np.isfinite(known)]
+        if len(known) and np.ptp(known) > ALIKE * np.abs(known).max():
+            yield (
+                f"{name} differs between these tests, {known.min():.3g} to {known.max():.3g} {unit}, and counts as "
+                f"scatter between units: add it by --over {','.join([*over, name])}"
+            )
 
 
 def _trends(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[Trend]:
@@ -218,7 +246,14 @@ def _with_population(trend: Trend, tests: int) -> Trend:
         trend = _fitted(replace(trend, odd=odd))
         values, variances = _levels(trend)
     lost = 0 if trend.repeated else len(trend.covariates)
-    return replace(trend, population=population(values, variances, [k for k, _, _ in odd], lost))
+    found = population(values, variances, [k for k, _, _ in odd], lost)
+    if found.untold:
+        note = (
+            f"{trend.rows[0].condition}, {trend.rows[0].parameter}: the fits state larger variances than the units "
+            "scatter; the deviation between units is not told"
+        )
+        trend = replace(trend, notes=(*trend.notes, note))
+    return replace(trend, population=found)
 
 
 def _levels(trend: Trend) -> tuple[Array, Array]:
@@ -417,9 +452,14 @@ def _cause(
         yield DriftCause(
             effect="temperature", condition=condition, text=f"yield and viscous parts move together: {only}"
         )
+    elif covariate in NAMING:
+        text = f"{covariate} is a condition of the test, which says nothing of ageing: {only}"
+        yield DriftCause(effect="none named", condition=condition, text=text)
     elif (warm := _with_temperature([t for _, _, t in moved.values()], covariate)) is not None:
         text = f"beside the temperature nothing is left of the drift (least p = {warm:.2g}): {only}"
         yield DriftCause(effect="temperature", condition=condition, text=text)
+    elif covariate not in USE_OR_TIME:
+        yield DriftCause(effect="none named", condition=condition, text=f"no rule knows this pattern: {only}")
     elif set(signs) == {"offset"}:
         yield DriftCause(
             effect="pressure loss", condition=condition, text=f"the offset of the force moves alone: {only}"

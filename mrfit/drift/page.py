@@ -94,12 +94,19 @@ def range_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:
         (
             *(r.parameter, r.condition, r.units, r.tests, _value(r, r.mean)),
             f"{shown(r.mean_low)} to {shown(r.mean_high)}",
-            f"{_change(r, r.between)} ({_change(r, r.between_low)} to {_change(r, r.between_high)})",
+            _between(r),
             f"{shown(r.tolerance_low)} to {shown(r.tolerance_high)}",
         )
         for r in rows
         if r.mean is not None
     ]
+
+
+def _between(r: ParameterOverUnits) -> str:
+    # an interval of nothing but 0: the note says why
+    if r.between_high == 0.0:
+        return "not told"
+    return f"{_change(r, r.between)} ({_change(r, r.between_low)} to {_change(r, r.between_high)})"
 
 
 def spread_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:

@@ -74,6 +74,11 @@ class Population:
         """95 % interval of the standard deviation between units."""
         return _ends(self.sigmas)
 
+    @property
+    def untold(self) -> bool:
+        """Whether units scatter so much less than their known variances that hardly a draw of σ is above 0."""
+        return self.sigma_interval[1] == 0.0
+
     @cached_property
     def tails(self) -> tuple[Array, Array, Array]:
         """Draws (B,) of degrees, mean and scale of the law of all units, odd ones among them.

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mrfit
+from mrfit.drift.page import range_rows
 from mrfit.io.schemas.drift import DriftFile
 from tests.drift.fleets import MEANS, fleet
 
@@ -32,6 +33,45 @@ def test_a_drift_is_found_alone_with_its_size_and_its_cause() -> None:
     assert slope.per == "1000 cycles" and slope.low <= np.expm1(0.03 / 20.0) <= slope.high
     assert [c.effect for c in found.causes] == ["seal friction"]
     assert [c.effect for c in compared([("f0", "cycles", -0.05)]).causes] == ["pressure loss"]
+
+
+@pytest.mark.parametrize("covariate", ["current", "frequency", "amplitude", "voltage", "temperature"])
+def test_what_follows_a_condition_of_the_test_is_no_ageing(covariate: str) -> None:
+    for change in [("fy", covariate, 0.5), ("c", covariate, -0.5), ("f0", covariate, 0.5)]:
+        found = compared([change], covariate, **{covariate: LIFE / 2e4})
+        assert (change[0], covariate) in drifting(found)
+        assert [c.effect for c in found.causes] == ["none named"]
+    # the damper warms with the current: still no drift
+    warm = 25.0 + LIFE / 1000.0 + np.random.default_rng(7).uniform(-6.0, 6.0, UNITS * TESTS)
+    both = compared(
+        [("fy", "temperature", -0.08), ("c", "temperature", -0.2)], "current", current=LIFE, temperature=warm
+    )
+    assert [c.effect for c in both.causes] == ["none named"]
+
+
+def test_a_condition_that_differs_and_is_no_covariate_is_said() -> None:
+    rng = np.random.default_rng(3)
+    frequency, current = rng.permutation(LIFE / 2e4 + 0.5), rng.permutation(LIFE / 2e4)
+    assert compared([], "frequency", frequency=frequency, current=current).notes == [
+        "current differs between these tests, 0 to 1 A, and counts as scatter between units: "
+        "add it by --over frequency,current"
+    ]
+    for over, more in (("frequency,current", current), ("frequency", 1.0 + 0.001 * current), ("cycles", current)):
+        assert compared([], over, frequency=frequency, current=more).notes == []
+
+
+def test_variances_that_exceed_the_scatter_of_units_are_said() -> None:
+    def found(known: float) -> DriftFile:
+        table = fleet(np.random.default_rng(4), 6, between=0.001, known=known)
+        # stated far larger than they are
+        table["covariance"] = [100.0**2 * matrix for matrix in table["covariance"]]
+        return mrfit.drift(table).content
+
+    vague, sharp = found(0.01), found(1e-6)
+    assert "sine, fy: the fits state larger variances than the units scatter" in " ".join(vague.notes)
+    assert {cells[6] for cells in range_rows(vague.parameters)} == {"not told"}
+    assert sharp.notes == []
+    assert "not told" not in {cells[6] for cells in range_rows(sharp.parameters)}
 
 
 def test_nothing_drifts_where_nothing_does() -> None:
