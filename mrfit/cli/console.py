@@ -316,6 +316,16 @@ def _interrupted(error: BaseException | None) -> bool:
     return isinstance(error, KeyboardInterrupt)
 
 
+def _commands_like(word: str, root: Any) -> list[str]:
+    """Return the commands below a root, those of its groups included, that a word names or begins."""
+    found = []
+    for name, one in getattr(root, "commands", {}).items():
+        inner = getattr(one, "commands", None)
+        own = [(f"{name} {n}", n) for n in inner] if inner else [(name, name)]
+        found += [f"`mrfit {path}`" for path, last in own if last == word or last.startswith(f"{word}-")]
+    return found
+
+
 def explain(error: Exception) -> tuple[str, int]:
     """Return the one line and the exit code with which an exception ends."""
     if isinstance(error, MrfitError):
@@ -326,6 +336,9 @@ def explain(error: Exception) -> tuple[str, int]:
         context = getattr(error, "ctx", None)
         path = context.command_path if context else "mrfit"
         text = str(error.format_message())  # type: ignore[attr-defined]
+        start, word, *_ = (*text.split("'"), "")
+        if context and start == "No such command " and (known := _commands_like(word, context.find_root().command)):
+            text = f"{start}'{word}': it may be {' or '.join(known)}"
         if "No such option: --debug" in text:
             return "--debug stands before the command, as in `mrfit --debug fit …`", 2
         # without arguments help was printed already

@@ -11,8 +11,8 @@ import typer
 from mrfit.cli import console, names
 from mrfit.cli.apply import read_logs
 from mrfit.cli.options import CommandAnswer, Only, options
-from mrfit.core.counting import number_of
-from mrfit.errors import DataError
+from mrfit.core.counting import few, number_of
+from mrfit.errors import ConfigError, DataError
 from mrfit.settings import ingest
 from mrfit.settings.watch import Settings
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mrfit.core.recording import Recording
     from mrfit.track.watch import LookAtTest
 
+LEFT_OUT_SHOWN = 4
 POLL = 0.2
 """Seconds between two readings of a log that grows."""
 
@@ -61,16 +62,23 @@ def watch(
     from mrfit.track.watch import look, replayed, steady_cycles
     from mrfit.track.watch import watch as looks_at
 
-    record = None if follow else read_logs([log], reading.map)[0]
+    if follow and log.is_dir():
+        raise ConfigError(f"{log} is a folder: --follow reads one log that grows; name its file")
+    found = [] if follow else read_logs([log], reading.map)
+    record = found[0] if found else None
+    name = f"{found[0].id} of {log}" if len(found) > 1 else str(log)
+    if len(found) > 1:
+        left = few([one.id for one in found[1:]], LEFT_OUT_SHOWN)
+        console.note(f"{name} is watched; left out: {left}; one test is watched at a time")
     records = _followed(log, reading, patience) if record is None else replayed(record)
     looks = []
     for made in looks_at(records, model, rule):
         looks.append(made)
         console.note(_line(made))
     if not looks:
-        raise DataError(f"{log}: fewer than {rule.least_cycles} steady cycles; nothing was fitted")
+        raise DataError(f"{name}: fewer than {rule.least_cycles} steady cycles; nothing was fitted")
     whole = look(record, steady_cycles(record)[0], model, rule) if record and looks[-1].reached else None
-    return CommandAnswer(WatchAnswer(str(log), looks, whole), _show, check=_check)
+    return CommandAnswer(WatchAnswer(name, looks, whole), _show, check=_check)
 
 
 def _followed(log: Path, settings: ingest.Settings, patience: float) -> "Iterator[Recording]":
@@ -117,7 +125,7 @@ def _of_whole(last: "LookAtTest", whole: "LookAtTest") -> str:
     """Return the share of a replayed log that the stop saves, and whether its values lie in the intervals then."""
     other = sorted(last.missed(whole))
     says = f"gives another {', '.join(other)}" if other else "agrees with the intervals"
-    return f"{100.0 * (1.0 - last.cycles / whole.cycles):.0f} % of the log saved; the whole log {says}"
+    return f"{100.0 * (1.0 - last.seconds / whole.seconds):.0f} % of the log saved; the whole log {says}"
 
 
 def _check(answer: WatchAnswer) -> None:

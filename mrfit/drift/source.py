@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 HALF_INTERVAL = 1.959963984540054
 CYCLES_OF_BLOCK = re.compile(r"-cycles(\d+)to(\d+)$")
 SECONDS_OF_DAY = 86400.0
+NO_FILE = "no such file; check the path and its spelling"
 NUMBERS_OF_TABLE = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees")
 # Samples of a cycle of a stated motion, and cycles of which the last one counts
 SAMPLES_OF_CYCLE, CYCLES_OF_MOTION = 256, 3
@@ -85,6 +86,8 @@ def read_values(inputs: Sequence[Path], settings: Settings) -> list[FitValue]:
     """
     found: list[FitValue] = []
     for path in inputs:
+        if not path.exists():
+            raise DataError(f"{path}: {NO_FILE}")
         if path.is_dir():
             found += _of_workspaces(path, settings)
         elif path.suffix.lower() in (".parquet", ".csv"):
@@ -148,6 +151,8 @@ def read_table(path: Path) -> "DataFrame":
 
     try:
         return pd.read_parquet(path) if path.suffix.lower() == ".parquet" else pd.read_csv(path)
+    except FileNotFoundError:
+        raise DataError(f"{path}: {NO_FILE}") from None
     except (OSError, ValueError, UnicodeDecodeError) as error:
         raise DataError(f"{path}: cannot be read as a table ({error})") from None
 

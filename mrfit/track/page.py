@@ -12,13 +12,19 @@ from mrfit.signal.runs import runs
 from mrfit.track.run import BlockRefits, ParameterTrack
 
 _BAND = 1.96
-HEADS = ("parameter", "unit", "fit", "± 1 sd", "least", "greatest", "at the end", "± 1 sd of it", "last block alone")
+HEADS = (
+    *("parameter", "unit", "fit", "± 1 sd", "least", "greatest", "at the end", "± 1 sd of it"),
+    *("last block alone", "± 1 sd of the block"),
+)
 
 
 def rows_of(content: TracksFile) -> list[list[object]]:
     """Return the rows of the table of all logs: the log, then ``HEADS``."""
     return [
-        [log.recording, p.name, p.unit, p.fit, p.fit_deviation, p.least, p.greatest, p.end, p.end_deviation, p.block]
+        [
+            *(log.recording, p.name, p.unit, p.fit, p.fit_deviation, p.least, p.greatest),
+            *(p.end, p.end_deviation, p.block, p.block_deviation),
+        ]
         for log in content.logs
         for p in log.parameters
     ]

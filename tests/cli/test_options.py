@@ -81,3 +81,20 @@ def test_an_answer_is_json_alone_or_for_a_person_and_then_checked(monkeypatch, c
         with pytest.raises(DataError, match=r"\[1\]"):
             answer.give()
         assert capsys.readouterr().out == said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["track", "x.csv"], "'track': it may be `mrfit track-parameters` or `mrfit apply track` ("),
+        (["watch", "x.csv"], "'watch': it may be `mrfit measure watch` ("),
+        (["measure", "fit"], "'fit': it may be `mrfit fit` ("),
+        (["fti"], "'fti'. Did you mean 'fit'? ("),
+    ],
+)
+def test_a_command_of_a_group_is_hinted_at_and_a_misspelt_one_is_suggested(
+    words: list[str], said: str, mrfit: Run
+) -> None:
+    ended = mrfit(*words)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith(f"mrfit: No such command {said}")

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from pandas import DataFrame
 
 import mrfit
 from mrfit.drift.source import completed, read_table, read_values, values_of_table
@@ -109,5 +110,15 @@ def test_what_holds_no_fit_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("")
     with pytest.raises(DataError, match="no workspace, and no table"):
         read_values([tmp_path / "a.txt"], Settings())
+    (tmp_path / "empty.csv").write_text("")
     with pytest.raises(mrfit.DataError, match="cannot be read as a table"):
-        read_values([tmp_path / "none.csv"], Settings())
+        read_values([tmp_path / "empty.csv"], Settings())
+
+
+@pytest.mark.parametrize("name", ["none.csv", "none.parquet", "none"])
+def test_a_file_that_is_not_there_is_called_so(name: str, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no such file; check the path and its spelling"):
+        read_values([tmp_path / name], Settings())
+    one = values_of_table(DataFrame([{"log": "a", "parameter": "fy", "value": 2.0, "low": 1.0, "high": 3.0}]))
+    with pytest.raises(DataError, match="no such file; check"):
+        completed([*one, *one], Settings(covariates=tmp_path / f"{name}.csv"))

@@ -9,6 +9,7 @@ import pytest
 from mrfit.api.recordings import Recording
 from mrfit.errors import DataError
 from mrfit.track.call import columns_of, tracked
+from mrfit.track.page import HEADS, rows_of
 from tests.track.logs import DT, VALUES, fitted, force, motion
 
 
@@ -27,6 +28,9 @@ def test_a_step_is_on_the_page_in_the_numbers_and_in_the_blocks(tmp_path: Path) 
     assert abs(first.end - 1.2 * VALUES["fy"]) < 3.0 * first.end_deviation < 10.0
     assert abs(other.end - VALUES["c"]) < 3.0 * other.end_deviation
     assert first.block is not None and abs(first.block - first.end) < 5.0
+    # a block says how little it tells
+    assert rows_of(found.content)[0][-2:] == [first.block, first.block_deviation]
+    assert HEADS[-2:] == ("last block alone", "± 1 sd of the block") and first.block_deviation
     late = blocks.time > 13.0
     assert np.abs(blocks.values[late, 0] / VALUES["fy"] - 1.2).max() < 0.01
     assert 0.8 < log.moved < 1.0 and log.innovation == pytest.approx(8.0, rel=0.2)

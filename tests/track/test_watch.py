@@ -1,5 +1,6 @@
 """A watched test stops when its intervals are reached, and what it says then holds."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -72,11 +73,11 @@ def test_what_cannot_be_watched_is_said() -> None:
         list(replayed(still))
 
 
-def _written(folder: Path, made: Recording) -> Path:
+def _written(folder: Path, made: Recording, name: str = "test.csv") -> Path:
     rows = np.column_stack([np.arange(made.samples) * made.dt, *made.channels.values()])
     header = ",".join(["time (s)", *(f"{n} ({u})" for n, u in made.units.items())])
-    np.savetxt(folder / "test.csv", rows, fmt="%.9g", delimiter=",", header=header, comments="")
-    return folder / "test.csv"
+    np.savetxt(folder / name, rows, fmt="%.9g", delimiter=",", header=header, comments="")
+    return folder / name
 
 
 @pytest.mark.parametrize(
@@ -92,3 +93,27 @@ def test_the_command_ends_with_0_when_a_test_may_stop(
     assert ended.exit_code == code
     assert says in (ended.output if code == 0 else str(ended.exception))
     assert ("the next look decides" in ended.output) == (code == 0) and " N" in ended.output
+
+
+def test_one_log_of_a_folder_is_watched_and_named_and_the_others_are_said(tmp_path: Path) -> None:
+    for name, noise in (("a.csv", 5.0), ("b.csv", 4.0)):
+        _written(tmp_path, record(8, noise), name)
+    words = ["--model", "tanh", "--parameters", "fy", "--within", "10"]
+    several = CliRunner().invoke(app, ["measure", "watch", str(tmp_path), *words])
+    assert f"a of {tmp_path} is watched; left out: b" in several.output
+    assert f"a of {tmp_path} after" in several.output
+    # the share is one of the time, cycles before the first steady one included
+    stopped = re.search(r"after ([\d.]+) s", several.output)
+    saved = re.search(r"(\d+) % of the log saved", several.output)
+    assert stopped and saved and int(saved[1]) == round(100.0 * (1.0 - float(stopped[1]) / 8.0))
+    one = CliRunner().invoke(app, ["measure", "watch", str(tmp_path / "b.csv"), *words])
+    assert "left out" not in one.output and f"{tmp_path / 'b.csv'} after" in one.output
+    grows = CliRunner().invoke(app, ["measure", "watch", str(tmp_path), *words, "--follow"])
+    assert isinstance(grows.exception, ConfigError) and "is a folder" in str(grows.exception)
+
+
+@pytest.mark.parametrize(("within", "refused"), [("0", True), ("1e-3", False)])
+def test_an_interval_of_no_width_is_refused(within: str, refused: bool, tmp_path: Path) -> None:
+    log = _written(tmp_path, record(5))
+    ended = CliRunner().invoke(app, ["measure", "watch", str(log), "--model", "tanh", "--within", within])
+    assert ("--within takes a number above 0, not 0" in str(ended.exception)) == refused
