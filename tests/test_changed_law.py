@@ -416,9 +416,14 @@ def test_another_law_with_nothing_to_compare_with_is_refused(edit: Edit, study: 
     )
 
 
-def test_a_plugin_that_is_not_named_is_told_from_an_edited_one(study: Study) -> None:
+@pytest.mark.parametrize("consumer", SIMULATE)
+def test_a_plugin_that_is_not_named_is_told_from_an_edited_one(consumer: str, study: Study) -> None:
     study.monkeypatch.setenv(plugins.VARIABLE, "spring.py")
-    assert "the plug-in model my-damper is not here, which --plugin names" in study.run("status").text
+    gone = "the plug-in model my-damper is not here, which --plugin names"
+    assert gone in study.run("status").text
+    ended = study.run(*SIMULATE[consumer])
+    assert ended.code == 1 and f"the fit {NAME}: {gone}: name its file" in ended.text
+    assert "unknown model" not in ended.text and "fit again" not in ended.text
 
 
 @pytest.mark.slow

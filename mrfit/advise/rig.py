@@ -40,7 +40,8 @@ def _in(*units: str) -> BeforeValidator:
 
 
 def _range(value: object) -> object:
-    return [0.0, value] if isinstance(value, (int, float)) and not isinstance(value, bool) else value
+    """Return the range up to a highest value that is written alone, as a number or with its unit."""
+    return [0.0, value] if isinstance(value, (int, float, str)) and not isinstance(value, bool) else value
 
 
 Positive = Field(gt=0, allow_inf_nan=False)

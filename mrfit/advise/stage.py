@@ -42,7 +42,8 @@ class AdviceFiles:
     drives
         File name -> text of each drive.
     figure
-        The rivals' predicted loops on the first test, as SVG and PNG; None of an advice on parameters or readings.
+        The rivals' predicted loops on the first test, as SVG and PNG; None of an advice on parameters or readings, or
+        without a test.
     """
 
     content: AdviceFile
@@ -78,8 +79,10 @@ def write(folder: Path, made: AdviceFiles) -> None:
     """Write an advice: advise.json, the drives, the figure."""
     # a kill from here on must not leave the drives of one advice beside the words of another
     (folder / JSON).unlink(missing_ok=True)
+    kept = {*made.drives, *(("loops.svg", "loops.png") if made.figure else ())}
     for old in (*folder.glob("*.csv"), *folder.glob("loops.*")):
-        old.unlink()
+        if old.name not in kept:
+            old.unlink()
     for name, text in made.drives.items():
         write_text(folder / name, text)
     if made.figure is not None:
@@ -142,9 +145,9 @@ def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progre
         for n, b, o in zip(advice.pairs, advice.before, advice.open, strict=True)
     )
     drives: dict[str, str] = {}
-    tests = tuple(
-        _row(t, f"test-{k}.csv", contest.specimen, advice.open, drives) for k, t in enumerate(chosen.tests, start=1)
-    )
+    # a test that separates nothing is none to run
+    told = chosen.tests if advice.open.any() else ()
+    tests = tuple(_row(t, f"test-{k}.csv", contest.specimen, advice.open, drives) for k, t in enumerate(told, start=1))
     other = advice.companion
     second = None if other is None else _row(other, "companion.csv", contest.specimen, advice.open, drives)
     content = AdviceFile(
@@ -162,7 +165,7 @@ def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progre
         seed=seed,
         code=code_version("advise"),
     )
-    if isinstance(contest, ReadingSet):
+    if isinstance(contest, ReadingSet) or not tests:
         return AdviceFiles(content, drives)
     return AdviceFiles(content, drives, drawing.loops(contest, chosen.tests[0].test, tests[0].text))
 

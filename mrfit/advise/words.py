@@ -67,12 +67,16 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def of_rivals(pairs: Sequence[Pair], tests: Sequence[AdvisedTest], companion: AdvisedTest | None) -> list[str]:
     """Return what to do to separate rivals, in sentences."""
-    first = tests[0]
     apart = [k for k, p in enumerate(pairs) if p.separable]
     if not apart:
+        rivals = listed(_those(pairs, range(len(pairs))))
         return [
-            "No test within these limits separates the rivals: the best one puts none of them 3 standard errors apart."
+            f"No test within these limits separates the rivals, {rivals}: the best one puts none of them 3 standard "
+            "errors apart, so none is proposed.",
+            "Where the rivals are one function of the rig's motion and current, no limits help: keep one of them. "
+            "Else give wider limits.",
         ]
+    first = tests[0]
     weakest = min(apart, key=lambda k: first.distances[k])
     said = [
         f"Run {first.text}, {_length(first)}: it puts {listed(_those(pairs, apart))} at least "

@@ -16,6 +16,7 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, text_table
 from mrfit.core.arguments import check_arguments
 from mrfit.core.recording import Recording
+from mrfit.errors import DataError
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.advice import AdviceFile
 from mrfit.io.schemas.discovery import DiscoveryFile
@@ -70,9 +71,17 @@ class Advice:
 
     @check_arguments
     def drive(self, name: str = "test-1.csv") -> "DataFrame":
-        """Return the drive of a test as the press takes it: time, motion, velocity and current."""
+        """Return the drive of a test as the press takes it: time, motion, velocity and current.
+
+        Raises
+        ------
+        DataError
+            If there is none of this name.
+        """
         from pandas import read_csv
 
+        if name not in self.made.drives:
+            raise DataError(f"no drive '{name}'; there are {', '.join(self.made.drives) or 'none'}")
         return read_csv(StringIO(self.made.drives[name]))
 
     def to_json(self) -> dict[str, Any]:

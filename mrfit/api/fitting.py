@@ -28,7 +28,7 @@ from mrfit.fit.files import FitOutput, read_fit_json
 from mrfit.fit.predict import SegmentPrediction, stretch_of
 from mrfit.fit.proof import check_simulated
 from mrfit.io.bars import Heard, shown
-from mrfit.io.outdated import law_reason
+from mrfit.io.outdated import law_reason, remedy
 from mrfit.io.schemas.fit import Fit, FitPreparation, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
@@ -168,7 +168,7 @@ class FitResult(PrintableResult):
         whole = [Caution(w.kind, w.text) for w in self.content.warnings]
         unstated = "" if self.content.law else "an older mrfit's, which does not state the code of its law"
         if why := law_reason(self.content) or unstated:
-            whole.append(Caution("outdated", f"{why}: fit again"))
+            whole.append(Caution("outdated", f"{why}: {remedy(why)}"))
         own = [Caution(w.kind, w.text, r.condition) for r in self.content.results for w in r.warnings]
         return (*whole, *own)
 

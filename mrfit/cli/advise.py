@@ -62,7 +62,7 @@ def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile |
 
 def _say(made: AdviceFile, work: Path) -> None:
     if made.outdated:
-        again = "fit again" if made.goal == "parameters" else "discover again"
+        again = "" if made.goal == "parameters" else "discover again"
         console.say(f"  {console.outdated_line(made.reason, again)}")
     for line in made.text:
         console.say(line)
@@ -70,11 +70,13 @@ def _say(made: AdviceFile, work: Path) -> None:
     tests = [*made.tests, *([made.companion] if made.companion else [])]
     last = "least distance, standard errors" if apart else "gain per second"
     rows = [_row(t, apart) for t in tests]
-    console.print_table("Tests", ("test", "seconds", "waiting", last, "drive"), rows)
+    if rows:
+        console.print_table("Tests", ("test", "seconds", "waiting", last, "drive"), rows)
     if made.widths:
         shown = [[w.name, w.unit, w.value, w.before, w.after] for w in made.widths]
         console.print_table("Half-widths of 95 % intervals", ("parameter", "unit", "value", "now", "expected"), shown)
-    console.say(f"Drives{' and loops' if made.goal == 'rivals' else ''}: {work / 'advise'}")
+    if rows:
+        console.say(f"Drives{' and loops' if made.goal == 'rivals' else ''}: {work / 'advise'}")
 
 
 def _row(test: AdvisedTest, apart: list[int]) -> list[object]:

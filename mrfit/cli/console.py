@@ -100,9 +100,11 @@ def say_each(lines: Iterable[str], before: str = "  ") -> None:
         say(f"{before}{line}")
 
 
-def outdated_line(reason: str, again: str = "fit again") -> str:
-    """Return the warning of a result that is out of date."""
-    return f"warning outdated: {reason}: {again}"
+def outdated_line(reason: str, again: str = "") -> str:
+    """Return the warning of a result that is out of date; ``again`` makes it right, of a fit what ``remedy`` says."""
+    from mrfit.io.outdated import remedy
+
+    return f"warning outdated: {reason}: {again or remedy(reason)}"
 
 
 def conclude(text: str) -> None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # Names written out in a reason
 SHOWN_RECORDINGS = 5
+_NOT_NAMED = "not here, which --plugin names"
 UNKNOWN_REASON = "made from other data, or by other code, than are here now"
 
 
@@ -145,11 +146,36 @@ class Inputs:
 
 def law_reason(fit: Fit) -> str:
     """Return the code of a fit's law that has changed since the fit; empty where all is, or the fit does not say."""
+    if gone := _without_plugin(fit):
+        return gone
     now = law_code(fit.model) if fit.law else {}
-    if gone := [name for name in sorted(fit.law) if name.startswith(PLUGIN) and name not in now]:
-        return f"the {' and the '.join(gone)} {'is' if len(gone) == 1 else 'are'} not here, which --plugin names"
     changed = [_called(name) for name in sorted({*fit.law, *now}) if fit.law.get(name) != now.get(name)]
     return f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since" if changed else ""
+
+
+def _without_plugin(fit: Fit) -> str:
+    """Return the plug-ins of a fit's law that are not here, in words; empty where all are."""
+    now = law_code(fit.model) if fit.law else {}
+    gone = [name for name in sorted(fit.law) if name.startswith(PLUGIN) and name not in now]
+    return f"the {' and the '.join(gone)} {'is' if len(gone) == 1 else 'are'} {_NOT_NAMED}" if gone else ""
+
+
+def check_plugins(fit: Fit) -> None:
+    """Refuse a fit whose plug-ins are not here.
+
+    Raises
+    ------
+    DataError
+        If one is not; its file need only be named.
+    """
+    if why := _without_plugin(fit):
+        raise DataError(f"the fit {fit.name}: {why}: {remedy(why)}")
+
+
+def remedy(reason: str) -> str:
+    """Return what to do about a fit that is out of date for a reason."""
+    # a reason beside this one is one to fit again
+    return "name its file" if reason.endswith(_NOT_NAMED) and "; " not in reason else "fit again"
 
 
 def _called(name: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from mrfit.core.setting import SettingField, defined
+from mrfit.io.outdated import remedy
 from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.report.determined import sentences, words_of
@@ -56,6 +57,7 @@ def render(
     return template_of(REPORT_TEMPLATE).render(
         fits=fits,
         outdated=source.outdated,
+        remedy=remedy,
         brief=[fit.name for fit in source.fits if in_full is not None and fit.name not in in_full],
         rankings=rankings(source.fits, anchors),
         predictions=predictions,

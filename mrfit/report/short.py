@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from mrfit.core.counting import number_of
 from mrfit.core.recording import Segment
+from mrfit.io.outdated import remedy
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Fit
 from mrfit.report import paper
@@ -72,7 +73,7 @@ def render(source: ReportSource) -> str:
         second=second,
         recordings=len(source.ingest.recordings) if source.ingest else 0,
         conditions=len({m.condition for m in fit.metrics if m.condition != "all"}),
-        outdated=name in source.outdated,
+        outdated=remedy(source.outdated[name]) if name in source.outdated else "",
     )
 
 

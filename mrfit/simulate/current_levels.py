@@ -10,7 +10,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.columns import LONG_SEGMENT, chunks, is_on_disk, part_of
-from mrfit.io.outdated import check_law
+from mrfit.io.outdated import check_law, check_plugins
 from mrfit.io.schemas.fit import Caution, Fit, FitDependence, Quantity
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.at_current import at_current, basis
@@ -304,12 +304,20 @@ def assembly_of(fit: Fit) -> Assembly:
     DataError
         If the code of its law has changed since.
     """
+    check_plugins(fit)
     check_law(fit)
     return as_written(fit)
 
 
 def as_written(fit: Fit) -> Assembly:
-    """Return the assembly of a fit's written model, its dependence on current included, whether its law is the same."""
+    """Return the assembly of a fit's written model, its dependence on current included, whether its law is the same.
+
+    Raises
+    ------
+    DataError
+        If a plug-in that it was made with is not here.
+    """
+    check_plugins(fit)
     return assemble(fit.model, dependence_of(fit))
 
 

@@ -111,6 +111,24 @@ def test_a_hidden_rival_that_was_never_recorded_is_left_aside(work, run, capsys)
     assert "no rival is left that the rig can show" in told and told.count("\n") == 1
 
 
+def test_rivals_that_no_test_separates_are_named_and_no_drive_is_written(work, run, capsys) -> None:
+    advice = work / "w" / "advise"
+    (work / "mrfit.toml").write_text(f"[rig]\n{PRESS}")
+    assert run("advise", "--work", "w") == 0 and (advice / "test-1.csv").is_file()
+    path = work / "w" / "discover" / "discovery.json"
+    stored = json.loads(path.read_text()) | {"verdict": "none", "ambiguous_set": [], "suspects": [], "effects": []}
+    same = {"name": "force-offset", "screen": 0.0, "holdout_gain": None, "accepted": False}
+    stored |= {"candidates": [same | {"reason": "absorbed by what the model has"}], "augmented_model": MODEL}
+    path.write_text(json.dumps(stored))
+    capsys.readouterr()
+    assert run("advise", "--work", "w") == 0
+    said = capsys.readouterr().out.replace("\n", " ")
+    assert "separates the rivals, nothing more and force-offset: the best one puts none" in said
+    assert "keep one of them" in said and "gain per second" not in said and "Drives" not in said
+    assert {p.name for p in advice.iterdir()} == {"advise.json"}
+    assert json.loads((advice / "advise.json").read_text())["tests"] == []
+
+
 def test_no_rivals_and_no_fit_are_one_line(work, run, capsys) -> None:
     path = work / "w" / "discover" / "discovery.json"
     stored = json.loads(path.read_text()) | {"verdict": "none", "ambiguous_set": [], "suspects": [], "candidates": []}

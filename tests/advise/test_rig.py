@@ -18,6 +18,15 @@ def test_quantities_are_numbers_in_si_or_have_a_unit():
 
 
 @pytest.mark.parametrize(
+    ("written", "read"),
+    [("3 A", (0.0, 3.0)), ("500 mA", (0.0, 0.5)), (3, (0.0, 3.0)), (["0 A", "2 A"], (0.0, 2.0)), ([1, 2], (1.0, 2.0))],
+)
+def test_a_range_may_be_its_highest_value_alone_with_a_unit(written, read):
+    rig = rig_of({**PRESS, "current": written, "frequency": "4 Hz"})
+    assert rig.current == pytest.approx(read) and rig.frequency == (0.0, 4.0)
+
+
+@pytest.mark.parametrize(
     ("changed", "said"),
     [
         ({"strok": 1}, "strok"),
@@ -26,6 +35,7 @@ def test_quantities_are_numbers_in_si_or_have_a_unit():
         ({"seconds": "soon"}, "seconds"),
         ({"frequency": [5, 2]}, "frequency"),
         ({"current": float("nan")}, "current"),
+        ({"current": "3 N"}, "key 'current' takes a number, or a number with a unit of the kind of A, not '3 N'"),
     ],
 )
 def test_a_wrong_key_or_value_is_named(changed, said):

@@ -1,9 +1,13 @@
 """An advice in words: as many pairs as a sentence takes are named."""
 
+from pathlib import Path
+
 import pytest
 
+from mrfit.advise.stage import AdviceFiles, write
 from mrfit.advise.words import MOST_PAIRS, of_rivals
-from mrfit.io.schemas.advice import AdvisedTest, Pair
+from mrfit.io.replaced import replaced_files
+from mrfit.io.schemas.advice import AdviceFile, AdvisedTest, Pair
 
 
 @pytest.mark.parametrize(("never", "more"), [(0, ""), (MOST_PAIRS, ""), (MOST_PAIRS + 3, "3 more pairs")])
@@ -17,3 +21,15 @@ def test_pairs_that_no_test_tells_apart_are_named_up_to_a_few(never: int, more: 
     assert sum(f"c{k} from d{k}" in said for k in range(never)) == min(never, MOST_PAIRS)
     assert ("more pairs, which advise.json names" in said) == bool(more) and more in said
     assert ("No test within these limits" in said) == bool(never)
+
+
+def test_drives_of_another_advice_are_noted_as_replaced_and_the_same_ones_are_not(tmp_path: Path) -> None:
+    content = AdviceFile(
+        goal="parameters", model="tanh", text=(), tests=(), rig={}, looked_at=1, refused=0, noise=1.0, seed=0, code=""
+    )
+    first, drive = AdviceFiles(content, {"test-1.csv": "a", "companion.csv": "b"}), tmp_path / "test-1.csv"
+    for made, replaced in ((first, []), (first, []), (AdviceFiles(content, {"test-1.csv": "c"}), [drive])):
+        with replaced_files() as found:
+            write(tmp_path, made)
+        assert found == replaced
+    assert {p.name for p in tmp_path.iterdir()} == {"advise.json", "test-1.csv"}

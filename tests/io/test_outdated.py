@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mrfit.cli.console import outdated_line
 from mrfit.core.recording import Recording, Segment
 from mrfit.io.keys import code_version, digest_of, fit_key, flux_key, segment_key, segments_digest
-from mrfit.io.outdated import UNKNOWN_REASON, Inputs, flux_reason, law_reason, segment_reason
+from mrfit.io.outdated import UNKNOWN_REASON, Inputs, flux_reason, law_reason, remedy, segment_reason
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About, FluxFile, FluxRow, FluxSettings, SegmentRow, SegmentSettings, SegmentsFile
 from mrfit.io.workspace import Workspace, plain, write_json
@@ -148,6 +149,20 @@ def test_stages_before_that_are_out_of_date_are_told_first(workspace: Workspace)
     workspace.segments_file.unlink()
     said = Inputs(Workspace(workspace.root)).reason(fit)
     assert "no segments here" in said and str(workspace.root) not in said
+
+
+@pytest.mark.parametrize(
+    ("reason", "said"),
+    [
+        ("the plug-in model gone is not here, which --plugin names", "name its file"),
+        ("f: the plug-in model gone is not here, which --plugin names", "name its file"),
+        ("the segments have changed since; the plug-in model gone is not here, which --plugin names", "fit again"),
+        ("the plug-in model gone (gone.py) has changed since", "fit again"),
+    ],
+)
+def test_a_plugin_that_is_only_not_named_is_no_reason_to_fit_again(reason: str, said: str) -> None:
+    assert remedy(reason) == said
+    assert outdated_line(reason).endswith(f": {said}")
 
 
 def test_the_law_of_a_fit_is_compared_file_by_file(workspace: Workspace) -> None:
