@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mrfit.api.drawing import predicted_series
+from mrfit.errors import ConfigError
 from mrfit.fit.extrapolation import together
 from mrfit.fit.predict import SegmentPrediction, stretch_of
 from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.atomic import write_atomic
+from mrfit.io.replaced import about_to_replace
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.prediction import PredictionFile
 from mrfit.io.workspace import Workspace, check_name, checked, write_json
@@ -18,6 +20,9 @@ from mrfit.report.prediction import figure_of
 from mrfit.report.source import OutputSeries, read_source
 from mrfit.report.svg import style
 from mrfit.simulate.assembly import Assembly
+
+# Endings of files that a prediction is not written as
+OTHER_FORMATS = {*TABLE_FORMATS, ".feather", ".h5", ".json", ".mat", ".png", ".svg", ".tsv", ".txt", ".xls", ".xlsx"}
 
 
 def trained_on(workspace: Workspace, fit: Fit) -> dict[str, tuple[float, float]]:
@@ -58,13 +63,15 @@ def save(
     Raises
     ------
     ConfigError
-        If it is no name of a file.
+        If it is no name of a file, or ends as a file of another format does.
     DataError
         If the folder cannot be written.
     """
     ending = next((e for e in TABLE_FORMATS if name.endswith(e)), "")
     stem = name.removesuffix(ending)
     check_name(stem, "--save")
+    if Path(stem).suffix.lower() in OTHER_FORMATS:
+        raise ConfigError(f"--save '{name}': a prediction is written as {' or '.join(TABLE_FORMATS)}; end its name so")
     folder, series = workspace.root / "predict", predicted_series(kept.fit, found, assembly)
     data = folder / f"{stem}{ending or '.parquet'}"
     write_atomic(data, lambda path: _write_series(path, data.suffix, series))
@@ -91,6 +98,10 @@ def save(
         findings=list(kept.findings),
     )
     write_json(folder / f"{stem}.json", checked(about))
+    # the summary tells of one table; that of an earlier prediction of this name goes with its summary
+    for old in (folder / f"{stem}{e}" for e in TABLE_FORMATS if e != data.suffix):
+        about_to_replace(old, data)
+        old.unlink(missing_ok=True)
     return [str(path) for path in files]
 
 

@@ -440,12 +440,15 @@ def _check_with_the_fits(config: PipelineFile, folder: Path, workspace: Workspac
         export_stage.check(one.to)
     if config.sheet and config.sheet.against:
         _expand(config.sheet.against, folder, "[sheet] against")
-    made = {s.fit_name for s in config.fit} | {*workspace.fit_names()}
+    made = {s.fit_name for s in config.fit}
+    there = sorted({*workspace.fit_names()} - made)
     asked = [("predict", t.fit) for t in config.predict] + [("export", t.fit) for t in config.export]
     for name, fit_name in [*asked, *(("figure", f) for t in config.figure for f in t.settings.fits)]:
         # a comparison names its fits by its settings
-        if fit_name not in made and not config.compare:
-            raise ConfigError(f"[{name}] fit: '{fit_name}' is no fit of this file; it makes {', '.join(sorted(made))}")
+        if fit_name not in {*made, *there} and not config.compare:
+            others = f", and {workspace.root} holds {', '.join(there)}" if there else ""
+            makes = ", ".join(sorted(made)) or "none"
+            raise ConfigError(f"[{name}] fit: '{fit_name}' is no fit of this file; it makes {makes}{others}")
 
 
 def _with_the_fits(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:

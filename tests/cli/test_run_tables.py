@@ -104,6 +104,20 @@ def test_the_last_table_is_checked_before_the_first_stage(
     assert not (tmp_path / "mrfit-work").exists()
 
 
+def test_fits_of_a_workspace_are_told_from_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = '[export]\nfit = "x"\nto = ["c"]'
+    (tmp_path / "p.toml").write_text(f'[ingest]\nlogs = ["*.csv"]\n[[fit]]\nmodel = "tanh"\n{table}\n')
+    (tmp_path / "a.csv").write_text("time (s),current (A)\n")
+    ends = {"": "it makes tanh.auto$", "bingham.auto": "makes tanh.auto, and .*mrfit-work holds bingham.auto$"}
+    for name, end in ends.items():
+        if name:
+            (tmp_path / "mrfit-work" / "fits" / name).mkdir(parents=True)
+            (tmp_path / "mrfit-work" / "fits" / name / "fit.json").write_text("{}")
+        with pytest.raises(ConfigError, match=end):
+            pipeline.run(read_pipeline(tmp_path / "p.toml"), tmp_path, pipeline.Overrides(), silent)
+
+
 def test_one_table_and_several_are_the_same(tmp_path: Path) -> None:
     for brackets in ("[figure]", "[[figure]]"):
         (tmp_path / "p.toml").write_text(

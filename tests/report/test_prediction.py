@@ -16,6 +16,7 @@ from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
 from mrfit.io import columns, memory
 from mrfit.io.dataset import Dataset
+from mrfit.io.replaced import replaced_files
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
 from mrfit.report.source import read_source
@@ -116,6 +117,21 @@ def test_what_was_not_measured_is_said_on_the_page(fitted: tuple[Workspace, Fit]
     mrfit.report.stage.run(fitted[0], mrfit.report.stage.Settings())
     page = (fitted[0].report_folder / "index.html").read_text(encoding="utf-8")
     assert ">not measured</td>" in page
+
+
+def test_a_prediction_of_a_name_has_one_table_and_no_ending_of_another_format(
+    fitted: tuple[Workspace, Fit], tmp_path: Path
+) -> None:
+    found = predict(fitted[1], read_dataset(logs(tmp_path)))
+    for name in ("twice.xlsx", "twice.CSV", "twice.xls.csv"):
+        with pytest.raises(ConfigError, match=rf"^--save '{name}': a prediction is written as .parquet or .csv"):
+            kept(found, fitted, name)
+    (data, _), folder = kept(found, fitted, "twice"), fitted[0].root / "predict"
+    with replaced_files() as replaced:
+        (other, _) = kept(found, fitted, "twice.csv")
+    assert Path(data) in replaced and not Path(data).exists() and Path(other).is_file()
+    # a number in a name is no ending
+    assert kept(found, fitted, "at_0.5Hz")[0] == str(folder / "at_0.5Hz.parquet") and Path(other).is_file()
 
 
 def test_names_and_files_of_others_are_refused(fitted: tuple[Workspace, Fit], tmp_path: Path) -> None:
