@@ -47,7 +47,7 @@ STEPS_SHOWN = {
 }
 USE_OR_TIME = ("cycles", "energy", "date", "age", "hours", "distance")
 """Covariates that count use or time: only what follows these may be ageing."""
-ALIKE = 0.02
+SAME_CONDITION = 0.02
 """Share of the greatest value within which a condition counts as one."""
 # Largest exponent of a number
 LARGEST_LOGARITHM = 700.0
@@ -160,14 +160,14 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
 
 
 def _mixed(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[str]:
-    """Yield what differs between tests that are compared as one condition and is no covariate."""
+    """Yield the conditions that differ between tests compared as one, and are no covariate, in words."""
     if not set(over) & set(NAMING):
         return
     for name in sorted(set(NAMING) - set(over)):
         step, unit = STEPS_SHOWN[name]
         known = columns_of(values, [name]) / step
         known = known[np.isfinite(known)]
-        if len(known) and np.ptp(known) > ALIKE * np.abs(known).max():
+        if len(known) and np.ptp(known) > SAME_CONDITION * np.abs(known).max():
             yield (
                 f"{name} differs between these tests, {known.min():.3g} to {known.max():.3g} {unit}, and counts as "
                 f"scatter between units: add it by --over {','.join([*over, name])}"

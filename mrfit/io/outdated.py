@@ -173,7 +173,7 @@ def check_plugins(fit: Fit) -> None:
 
 
 def remedy(reason: str) -> str:
-    """Return what to do about a fit that is out of date for a reason."""
+    """Return the remedy for a reason why a fit is out of date."""
     # a reason beside this one is one to fit again
     return "name its file" if reason.endswith(_NOT_NAMED) and "; " not in reason else "fit again"
 

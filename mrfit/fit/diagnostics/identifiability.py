@@ -248,7 +248,7 @@ def _small_loops(segments: Sequence[Segment]) -> str:
 
 
 def _bounds_reached(params: Sequence[Param], point: Array) -> dict[str, tuple[str, float, str]]:
-    """Return what is at a bound: name -> which one, its value and unit."""
+    """Return the bounds that parameters have reached: name -> side, value and unit."""
     ends: dict[str, tuple[str, float, str]] = {}
     for p, place in zip(params, point, strict=True):
         if min(place, 1 - place) < AT_BOUND:
