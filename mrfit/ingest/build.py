@@ -219,7 +219,9 @@ def _stand_still(values: Array) -> bool:
 def _lasts(values: Array, interval: float) -> bool:
     """Whether times in whole seconds span what rows of an interval last."""
     lasting = interval * (len(values) - 1)
-    return bool(abs(float(values[-1] - values[0]) - lasting) <= 1.0 + OFF_RATE * lasting)
+    ends = series.places(lambda v: np.isfinite(v), values)[[0, -1]]
+    first, last = series.at(values, ends)
+    return bool(abs(float(last - first) - lasting) <= 1.0 + OFF_RATE * lasting)
 
 
 def _numbers(table: Table, origin: LogOrigin) -> tuple[series.Values, tuple[Finding, ...]]:

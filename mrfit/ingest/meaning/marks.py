@@ -11,6 +11,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.ingest import series
+from mrfit.ingest.meaning import units
 from mrfit.ingest.series import Values
 from mrfit.ingest.table import Column
 
@@ -27,6 +28,7 @@ SAME_MARK = 1e-7
 """Relative departure of a mark that was stored in single precision."""
 FAR_MARK, FAR_ALONE = 1.0, 4.0
 """Distance from the range of all others, in that range, of a mark in several rows, and in a single one."""
+MECHANICAL_UNITS = ("m", "m/s", "N", "N*m", "rad")
 FAR_LEVEL, LEVEL_ROWS = 20.0, 4096
 """The same for any other number that stands exactly the same in several rows, and rows by which it is looked for."""
 SMOOTH_CHANNEL = 20.0
@@ -64,9 +66,9 @@ def without_marks(columns: Sequence[Column]) -> tuple[tuple[Column, ...], list[F
     """
     kept: list[Column] = []
     findings: list[Finding] = []
-    marks = [list(_marks(c.values)) for c in columns]
+    marks = [list(_marks(c.values, anything=_is_mechanical(c))) for c in columns]
     if known := {mark for found in marks for mark, _ in found} - {0.0}:
-        marks = [list(_marks(c.values, known)) for c in columns]
+        marks = [list(_marks(c.values, known, _is_mechanical(c))) for c in columns]
     for column, found in zip(columns, marks, strict=True):
         rows = np.unique(np.concatenate([rows for _, rows in found])) if found else np.empty(0, dtype=np.int64)
         shown = " and ".join(f"{mark:.10g} in {len(rows)} rows" for mark, rows in found)
@@ -105,8 +107,17 @@ class _Others:
         return self.spread > SMOOTH_CHANNEL * self.step
 
 
-def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float, Values]]:
-    """Yield marks with their rows; a mark ``known`` from another column needs to be outside, or alone, but once."""
+def _is_mechanical(column: Column) -> bool:
+    """Whether a column is a motion or a force, which makes no pulses of one exact height, as a current may."""
+    unit = column.unit or ""
+    return units.known(unit) and any(units.compatible(unit, own) for own in MECHANICAL_UNITS)
+
+
+def _marks(values: Values, known: Container[float] = (), anything: bool = False) -> Iterator[tuple[float, Values]]:
+    """Yield marks with their rows; a mark ``known`` from another column needs to be outside, or alone, but once.
+
+    With ``anything``, a mark may be any number.
+    """
     low, high = _ends(values)
     tried = [
         float(m)
@@ -114,7 +125,7 @@ def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float
             (MISSING_MARKS >= low - SAME_MARK * abs(low)) & (MISSING_MARKS <= high + SAME_MARK * abs(high))
         ]
     ]
-    levels = [end for end in _far_ends(values, low, high) if end not in tried]
+    levels = [end for end in _far_ends(values, low, high) if end not in tried] if anything else []
     tried += levels
     places = {mark: rows for mark in tried if len(rows := series.places(lambda v, m=mark: _is(v, m), values))}
     # marks nearer to each other than single precision are one: the nearest
@@ -149,7 +160,8 @@ def _far_ends(values: Values, low: float, high: float) -> list[float]:
     if not len(some):
         return []
     bottom, top = np.percentile(some, (5.0, 95.0))
-    return [float(end) for end in (low, high) if max(bottom - end, end - top) > FAR_LEVEL * (top - bottom) > 0.0]
+    with np.errstate(over="ignore"):
+        return [float(end) for end in (low, high) if max(bottom - end, end - top) > FAR_LEVEL * (top - bottom) > 0.0]
 
 
 def _is(values: Values, mark: float) -> Values:
@@ -223,8 +235,9 @@ def _alone(values: Values, rows: Values, mark: float, others: _Others, fewest: i
 def _steps_beside(values: Values, runs: _Runs) -> Values:
     """Return the greatest step of a channel beside each run, and across it: how far it goes there by itself."""
     ways = [_beside(values, edge, way) for edge, way in ((runs.first, -1), (runs.last, 1))]
-    steps = np.nan_to_num(np.abs(np.concatenate([np.diff(way, axis=0) for way in ways])), nan=np.inf)
-    across = np.nan_to_num(np.abs(runs.behind - runs.before), nan=np.inf) / (runs.last - runs.first + 2)
+    with np.errstate(over="ignore"):
+        steps = np.nan_to_num(np.abs(np.concatenate([np.diff(way, axis=0) for way in ways])), nan=np.inf)
+        across = np.nan_to_num(np.abs(runs.behind - runs.before), nan=np.inf) / (runs.last - runs.first + 2)
     return np.asarray(np.maximum(steps.max(axis=0), across))
 
 

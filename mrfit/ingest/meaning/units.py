@@ -89,6 +89,7 @@ SINCE = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 """What follows a unit in ``days since 2024-01-01``, ``mm; AVE``, ``N, LP 100 Hz`` and ``Amp.``."""
+CAPITALS_FOR_SMALL = {"M", "IN", "FT", "DEG", "RAD", "MIN", "SEC", "LBF", "KGF", "REV", "INCH"}
 RATIO_IN_CAPITALS = re.compile(r"[A-Z]+/[A-Z]+2?")
 UNITS_IN_FULL = re.compile(
     r"(?:micro|milli|centi|kilo)?(?:met(?:er|re)|newton|ampere|volt|second|gram|hertz|pascal|watt|joule|pound)s?|lbf|kips?",
@@ -136,11 +137,18 @@ def spelled(text: str) -> str:
         return CASE_SENSITIVE[bare]
     bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)
     if RATIO_IN_CAPITALS.fullmatch(bare):
-        bare = "/".join(CASE_SENSITIVE.get(part, part.lower()) for part in bare.split("/"))
+        bare = "/".join(_in_small_letters(part) for part in bare.split("/"))
     elif UNITS_IN_FULL.fullmatch(bare):
         bare = bare.lower()
     bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", bare)  # m/s2
     return SPELLINGS.get(bare.lower(), bare)
+
+
+def _in_small_letters(part: str) -> str:
+    """Return a factor of a unit as it is written elsewhere; symbols that are capital letters stay."""
+    symbol = part.rstrip("2")
+    small = symbol.lower() if symbol in CAPITALS_FOR_SMALL else symbol
+    return CASE_SENSITIVE.get(symbol, small) + part[len(symbol) :]
 
 
 @cache

@@ -71,7 +71,7 @@ def read(source: Source) -> list[Table]:
         text = "commas part the fields and stand for the decimal point: every second field is read as decimals"
         said.append(Finding("decimal-comma", "", None, text))
     if labels := labels_of(source.head.lines):
-        source, data = without_labels(source, data)
+        source, data = without_labels(source, labels, data)
     grid = find_grid(source.head)
     factors = factor_row(source, grid)
     if factors is not None:
@@ -89,12 +89,15 @@ def read(source: Source) -> list[Table]:
     if not header.names:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
-    beside = () if source.rules.where or source.block or factors else tests_beside(header)
+    beside = () if source.rules.where or factors else tests_beside(header)
+    if beside and source.block:
+        what = f"{len(beside)} tests stand side by side in a log that is read block by block"
+        raise Refusal(head.path, what, "write each into a log of its own, or name its columns in a channel map")
     if beside:
         text = f"{len(beside)} tests stand side by side, each with times of its own: each is a recording"
         said.append(Finding("side-by-side", "", None, text))
     tables = [own_rows(read_grid(source, grid, header_of(header, c), data, c)) for c in beside]
-    tables = tables or [read_grid(source, grid, header, data)]
+    tables = [t for t in tables if t.rows] or [read_grid(source, grid, header, data)]
     tables = tables if factors is None else [factors.applied(tables[0], source.rules)]
     return [replace(t, findings=(*t.findings, *said, *stated)) for t in tables]
 

@@ -8,7 +8,7 @@ from mrfit.ingest.text.head import Text
 from mrfit.ingest.text.layout import SAMPLE_LINES
 from mrfit.ingest.text.textlog import rewritten
 
-LABEL = re.compile(r"(?:(?m:^)|(?<=[,;\t ]))[ ]*([^\W\d][\w.\[\]()/]*) ?[:=] ?(?=[+-]?[.,]?\d)")
+LABEL = re.compile(r"(?:^|(?<=[,;\t ]))([^\W\d][\w.\[\]()/]{0,39}) {0,2}[:=] {0,2}(?=[+-]?[.,]?\d)")
 MOST_ROWS = 0.9
 """Share of the sampled lines that have the same labels."""
 
@@ -22,6 +22,11 @@ def labels_of(lines: Sequence[str]) -> list[str]:
     return list(labels) if is_common and len(set(labels)) == len(labels) else []
 
 
-def without_labels(source: Source, data: Text | None) -> tuple[Source, Text]:
-    """Return a log, and its text, with numbers alone in its rows."""
-    return rewritten(source, [LABEL.sub("", line) for line in source.head.lines], lambda t: LABEL.sub("", t), data)
+def without_labels(source: Source, labels: Sequence[str], data: Text | None) -> tuple[Source, Text]:
+    """Return a log, and its text, with numbers alone in the rows that have all labels in their order; others stay."""
+
+    def plain(line: str) -> str:
+        return LABEL.sub("", line) if LABEL.findall(line) == labels else line
+
+    lines = map(plain, source.head.lines)
+    return rewritten(source, lines, lambda text: "\n".join(map(plain, text.split("\n"))), data)

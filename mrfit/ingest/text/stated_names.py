@@ -12,7 +12,9 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, Header, TextGrid, aliases_of, is_name, name_and_unit
 
 NUMBERED_COLUMN = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|ai|col|column|spalte)[ _.#-]*(\d+)", re.IGNORECASE)
-LISTED_COLUMN = re.compile(r"\W*(?:col(?:umn)?|ch(?:annel)?|spalte)?\.?[ #]*(\d+)\s*[:=.)-]?\s+(\S.*)", re.IGNORECASE)
+LISTED_COLUMN = re.compile(
+    r"[#%! ]{0,5}(?:col(?:umn)?|ch(?:annel)?|spalte)?\.?[ #]{0,3}(\d{1,4}) ?[:=.)-]? (\S.*)", re.IGNORECASE
+)
 """A line that names a column by its number."""
 OTHER_WORDS = {"displacement": "length"}
 """Quantities that a note on units may be on, beside a channel's own names."""
@@ -77,7 +79,9 @@ def _stated_unit(name: str, lines: Sequence[str]) -> str | None:
     for line in lines if wanted else ():
         mark = "?" if re.search(r"\b(?:units?|einheit)", line, re.IGNORECASE) else ""
         pattern = rf"(?<!\w)(?:{'|'.join(words)})s?(?: *[-_]?units?| *einheit)?(?: *[:=] *| +(?:is |are )?in +){mark} *"
-        for match in re.finditer(rf"{pattern}([^\W\d][^\s,;()\[\]]*)", line, re.IGNORECASE):
+        for match in re.finditer(
+            rf"{pattern}([^\W\d][^\s,;()\[\]]*?)(?=\.?\s*(?:[,;)\]]|$|and\b))", line, re.IGNORECASE
+        ):
             if any(units.compatible(match[1], w) for w in wanted):
                 found.add(match[1])
     return found.pop() if len(found) == 1 else None

@@ -50,16 +50,19 @@ def _parts(table: Table) -> dict[int, float]:
     """Return the seconds of each part of the clock by the place of its column; nothing where the clock is whole."""
     assert table.time is not None
     times = np.asarray(table.time.values, dtype=np.float64)
-    if table.time.unit is not None and not (units.known(table.time.unit) and units.compatible(table.time.unit, "s")):
+    unit = table.time.unit or "s"
+    in_seconds = units.known(unit) and units.compatible(unit, "s") and units.to_unit(unit, "s").scale == 1.0
+    if not in_seconds or not np.isfinite(times).any():
         return {}
     found = {c.index: (scale, c) for c in table.columns for scale, most, name in CLOCK_PARTS if _is_part(c, name, most)}
     below = {k: p for k, p in found.items() if p[0] < 1.0} if _is_whole(times) else {}
     above = {k: p for k, p in found.items() if p[0] > 1.0} if np.nanmax(times) < CLOCK_PARTS[1][1] else {}
-    if len({scale for scale, _ in above.values()}) < len(CLOCK_PARTS[:2]):  # minutes alone may be anything
-        above = {}
+    # minutes alone may be anything; beside hours they are of the clock, though a block may lie within one
+    whole_clock = len({scale for scale, _ in above.values()}) == len(CLOCK_PARTS[:2])
+    above = above if whole_clock else {}
     chosen = {**below, **above}
     whole = times + sum((scale * c.values for scale, c in chosen.values()), np.zeros(1))
-    better = _rising(whole) > _rising(times) and _rising(whole) >= RISING_SHARE
+    better = (bool(above) or _rising(whole) > _rising(times)) and _rising(whole) >= RISING_SHARE
     return {k: scale for k, (scale, _) in chosen.items()} if better else {}
 
 

@@ -12,7 +12,8 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import name_and_unit
 
-EACH_SECOND = r"(?:[km]?(?:sps|sa/s|s/s|(?:samples|scans|points|readings)(?:/| per )s(?:ec(?:onds?)?)?)|/s)"
+SAMPLES_EACH_SECOND = r"[km]?(?:sps|sa/s|s/s|(?:samples|scans)(?:/| per )s(?:ec(?:onds?)?)?)"
+EACH_SECOND = rf"(?:{SAMPLES_EACH_SECOND}|/s)"
 _SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+ ?(?:[km]?hz|{EACH_SECOND})", r"\W*[\d.,e+-]+ ?[muµn]?s\b"
 WORDED_LABEL = (
     r"(?:(?:sampl(?:e|ing)|acquisition|scan|daq)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
@@ -27,11 +28,11 @@ RATE_LABELS = (
     r"fr[ée]quence d.?[ée]chantillonnage|frecuencia de muestreo|frequenza di campionamento|frequ[êe]ncia de amostragem",
     rf"(?:sampling|sampled at)(?={_SOME_HZ})",
     r"(?<!\w)(?:fs(?=\W*[\d.,e+]+ ?[km]?hz)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
-    rf"(?<!\w)rate(?=\W*[\d.,e+]+ ?{EACH_SECOND})",
+    rf"(?<!\w)rate(?=\W*[\d.,e+]+ ?{SAMPLES_EACH_SECOND})",
 )
 SPAN_LABELS = (
     rf"(?<!\w)(?:dt|Δt|delta[ _]?t)(?={_SOME_S}|\W*(?:0?[.,]\d+$|[\d.,]+e-\d+))",
-    rf"(?<!\w)ts(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx *[:=]|^\W*hresolution",
+    rf"(?<!\w)ts(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx:[\t;]|^\W*hresolution",
     rf"^\W*(?:time )?intervall?(?=\W*[muµn]?s\W|{_SOME_S})",
     rf"(?:logging|logged|sampled|recorded) every(?={_SOME_S})",
     r"abtast(?:intervall|zeit|periode)|time per (?:point|sample)|storage cycle",
@@ -49,7 +50,7 @@ SPAN_WORDS = ("interval", "period", "time")
 OTHERWISE = re.compile(
     r"\b(?:max\w*|min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
     r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
-    r"|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
+    r"|between|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
     r"|filter\w*|cut-?off|bandwidth"
     r"|valve|actuator|pump|motor|pid|regulator"
     r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*)\b",
@@ -183,8 +184,10 @@ def _around(match: re.Match[str]) -> str:
 
 
 def _is_duration(match: re.Match[str], found: Statement) -> bool:
-    """Whether a time or a period is so long that it may be the length of the record."""
-    return (match["word"] or "").lower() in ("time", "period") and found.interval >= LONG_PERIOD
+    """Whether a time or a period is so long that it may be the length of the record, or of something else."""
+    return (
+        (match["word"] or "").lower() in ("time", "period") or bool(match["span"])
+    ) and found.interval >= LONG_PERIOD
 
 
 def _is_decimation(line: str) -> bool:

@@ -40,6 +40,8 @@ from mrfit.ingest.meaning import units
         ("MM/S", "m/s", 1e-3, 0.0),
         ("IN/S", "m/s", 0.0254, 0.0),
         ("M/S2", "m/s^2", 1.0, 0.0),
+        ("V/A", "ohm", 1.0, 0.0),
+        ("A/M", "A/m", 1.0, 0.0),
         ("Millimeters", "m", 1e-3, 0.0),
         ("KILONEWTON", "N", 1e3, 0.0),
         ("LBF", "N", 4.4482216152605, 0.0),

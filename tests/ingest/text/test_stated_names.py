@@ -31,7 +31,12 @@ def test_names_and_units_of_single_lines(header: str, read_log: ReadLog) -> None
 
 @pytest.mark.parametrize(
     "note",
-    ["Force was in kN until May, in lbf since: force in kN, force in lbf", "Peak force 5 kN", "Forced oil cooling: on"],
+    [
+        "Force was in kN until May, in lbf since: force in kN, force in lbf",
+        "Peak force 5 kN",
+        "Forced oil cooling: on",
+        "Driven by force in lbf steps",
+    ],
 )
 def test_notes_that_state_no_unit_or_two_leave_the_si_unit_assumed(note: str, read_log: ReadLog) -> None:
     (record,) = read_log(f"# {note}\nTime,Displacement,Force\n{ROWS}")

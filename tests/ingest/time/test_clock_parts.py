@@ -39,6 +39,16 @@ def test_a_column_beside_a_clock_that_rises_by_itself_is_none_of_its_parts(read_
     assert record.dt == pytest.approx(2e-3) and "ms" in record.channels
 
 
+def test_a_clock_in_another_unit_than_seconds_has_no_parts(read_log: ReadLog) -> None:
+    (record,) = read_log(_log("Time (min),ms", np.round(2e-3 * K, 3), K % 1000))
+    assert record.dt == pytest.approx(0.12) and "ms" in record.channels
+
+
+def test_hours_and_minutes_are_of_the_clock_within_one_minute_too(read_log: ReadLog) -> None:
+    (record,) = read_log(_log("Hour,Min,Sec", [10] * len(K), [11] * len(K), np.round(2e-3 * K, 3)))
+    assert list(record.channels) == ["force"]
+
+
 @pytest.mark.parametrize("stated", ["Sample rate: 500 Hz", "Sampling interval: 2 ms"])
 def test_a_clock_in_whole_seconds_leaves_the_rate_to_the_header(stated: str, read_log: ReadLog) -> None:
     (record,) = read_log(f"{stated}\n" + _log("Time", CLOCK))
