@@ -98,7 +98,7 @@ def save(
         findings=list(kept.findings),
     )
     write_json(folder / f"{stem}.json", checked(about))
-    # the summary tells of one table; that of an earlier prediction of this name goes with its summary
+    # the summary tells of one table; the table of an earlier prediction of this name is removed
     for old in (folder / f"{stem}{e}" for e in TABLE_FORMATS if e != data.suffix):
         about_to_replace(old, data)
         old.unlink(missing_ok=True)
