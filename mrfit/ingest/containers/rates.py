@@ -15,6 +15,7 @@ from mrfit.ingest.refusal import excerpt
 from mrfit.ingest.time.rate import (
     DECIMATION,
     LONG_BARE,
+    LONG_PERIOD,
     OTHERWISE,
     SPAN_WORDS,
     STATED_RATE,
@@ -38,6 +39,10 @@ PLAIN_WORDS = frozenset(
     "daq data ai ch channel channels signal signals file actual nominal measurement device".split()
 )
 """Words of the name of a rate, and those that may stand beside it where it is that of the rows."""
+WORDS_OF_HEADERS = frozenset(
+    "meta metadata header info information attributes properties settings setup test log".split()
+)
+"""Words for what a file states of all its numbers."""
 SAME_INTERVAL = 1e-3
 """Relative difference of intervals that are one, printed or computed differently."""
 LONGEST_STATEMENT = 60
@@ -93,7 +98,8 @@ def told_in(about: Mapping[Any, Any], within: str = "", deepest: int = DEEPEST_S
             elif deepest:
                 told += told_in(value, f"{within}.{name}".strip("."), deepest - 1)
         elif may_tell(name):
-            told.append(StatedNumber(name, value, unit_beside(name, texts, ("_", ".", " ", "")), within))
+            beside = texts.get("unit", "") if _words(name) == ["rate"] else ""  # of a ramp, as mm/s
+            told.append(StatedNumber(name, value, unit_beside(name, texts, ("_", ".", " ", "")) or beside, within))
     return told
 
 
@@ -187,7 +193,9 @@ def _statement(told: StatedNumber) -> _Statement | None:
         kind = "s" if match["span"] or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
     unit = (of_kind(written, kind) or of_kind(written, "s") if written else kind) or ""
     dt = interval(number, unit) if unit else np.nan
-    sort = "doubtful" if OTHERWISE.search(around) else sort
+    of_other = words == ["rate"] and set(_words(told.within)[-1:]) - PLAIN_WORDS - WORDS_OF_HEADERS
+    is_long = kind == "s" and words[-1] in ("time", "period") and dt >= LONG_PERIOD
+    sort = "doubtful" if OTHERWISE.search(around) or of_other or is_long else sort
     return _Statement(text, dt, sort, not written and dt > LONG_BARE)
 
 

@@ -80,9 +80,9 @@ def in_order(groups: Sequence[str]) -> list[str]:
 def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> dict[str, float]:
     """Return the numbers of a test that are conditions, as ``current_A`` and ``frequency_Hz``, in SI.
 
-    Only those with a unit of their kind: of others nobody knows whether they are in A or mA.
+    Only those with a unit of their kind, since of others nobody knows whether they are in A or mA, and stated once.
     """
-    found = {}
+    found: dict[str, set[float]] = {}
     for name, value in scalars.items():
         bare, unit = name_and_unit(name)
         if unit is None and "_" in name:
@@ -93,8 +93,8 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
         wanted = UNITS_OF_CONDITIONS.get(key)
         if wanted and unit and math.isfinite(value) and units.known(unit) and units.compatible(unit, wanted):
             conversion = units.to_unit(unit, wanted)
-            found[key] = conversion.scale * value + conversion.offset
-    return found
+            found.setdefault(key, set()).add(conversion.scale * value + conversion.offset)
+    return {key: values.pop() for key, values in found.items() if len(values) == 1}
 
 
 def _is_far_fewer(rows: int, most: int) -> bool:

@@ -249,6 +249,8 @@ def _is_in_two_units(columns: Sequence[Column], channel: str) -> bool:
     if any(c.unit is None or not units.compatible(c.unit, unit) for c in columns) or len({c.unit for c in columns}) < 2:
         return False
     values = [units.to_unit(c.unit or unit, unit).scale * c.values[0:SIZE_SAMPLES] for c in columns]
+    if not all(np.isfinite(v).any() for v in values):
+        return False
     size = float(np.nanmax(np.abs(values[0])))
     return all(bool(np.nanmax(np.abs(v - values[0])) <= SAME_QUANTITY * size) for v in values[1:])
 

@@ -57,6 +57,8 @@ COUNTED_TIMES = {"millis": "ms", "micros": "us"}
 """Names of clocks in the programs of microcontrollers, which count them in these units."""
 MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<@–-]+"
 """What may stand between a name and its unit."""
+LONGEST_HEADER_CELL = 300
+"""Letters of a cell that may be a name with its unit; a longer one is a text, or hostile."""
 FULL_WIDTH = str.maketrans("（）［］：＝", "()[]:=")
 NAME_LABELS = {
     *(
@@ -471,6 +473,8 @@ def is_name_row(cells: list[str]) -> bool:
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Split a header cell such as ``Force [N]``, ``Time (s)``, ``"Weg" s_A1 / m`` or ``force_N`` into name and unit."""
     text = cell.strip().strip('"').strip().translate(FULL_WIDTH)
+    if len(text) > LONGEST_HEADER_CELL:
+        return text, None
     if match := re.fullmatch(r"\('([^']*)', '([^']*)'\)", text):
         return match[1], match[2]  # two levels of column names, as pandas writes them
     if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):

@@ -57,6 +57,8 @@ OTHERWISE = re.compile(
     re.IGNORECASE,
 )
 """Words beside a rate that need not be the rate of the rows."""
+LONGEST_LINE = 1000
+"""Letters of a line in which a rate is looked for: what is longer is a line of a table, or hostile."""
 ROUGHEST = 0.02
 """Rates that differ by more are two, however few digits they have."""
 LONG_PERIOD = 0.5
@@ -130,6 +132,7 @@ def stated_interval(
     clear: list[Statement] = []
     rivals: list[Statement] = []
     doubtful: list[str] = []
+    lines = [line[:LONGEST_LINE] for line in lines]
     for line in lines:
         for match in STATED_RATE.finditer(line):
             found = _statement(match, delimiter, decimal)

@@ -41,12 +41,16 @@ def test_attributes_state_the_rate(about: dict[str, object], dt: float) -> None:
         ({"filter": {"fs": 100}}, "filter.fs = 100"),
         ({"lowpass_fs_hz": 100}, "lowpass_fs_hz = 100 Hz"),
         ({"data_rate": 100}, "data_rate = 100"),
-        ({"fs": 500, "valve_sampling_rate_hz": 10000}, "fs = 500 and valve_sampling_rate_hz = 10000 Hz"),
+        ({"fs": 500, "rotor_sampling_rate_hz": 10000}, "fs = 500 and rotor_sampling_rate_hz = 10000 Hz"),
         ({"fs": 500, "sample_rate": "1 kHz"}, "fs = 500 and sample_rate = 1 kHz"),
         ({"fs": 500, "decimation_factor": 10}, "fs = 500 and decimation_factor = 10"),
         ({"sample_rate": "1,000 Hz"}, "sample_rate = 1,000 Hz"),
         ({"Ts": 5.0}, "Ts = 5 without a unit"),
         ({"dt": 5, "dt_unit": "parsec"}, "dt = 5 parsec"),
+        ({"ramp": {"rate": 2, "unit": "mm/s"}}, "ramp.rate = 2 mm/s"),
+        ({"loading": {"rate": 5.0}}, "loading.rate = 5"),
+        ({"rate": 100, "unit": "kN/s"}, "rate = 100 kN/s"),
+        ({"sample_time": "10 s"}, "sample_time = 10 s"),
     ],
 )
 def test_a_rate_in_doubt_is_said_and_not_used(about: dict[str, object], said: str) -> None:

@@ -96,6 +96,11 @@ def test_numbers_of_a_test_with_a_unit_are_conditions(told: dict[str, float], fo
     assert conditions_in(told, {}) == pytest.approx(found)
 
 
+def test_a_condition_that_is_stated_twice_is_none() -> None:
+    assert conditions_in({"current_A": 2.0, "current_mA": 500.0}, {}) == {}
+    assert conditions_in({"current_A": 2.0, "current_mA": 2000.0}, {}) == {"current": 2.0}
+
+
 def test_names_that_differ_in_a_number_come_by_it() -> None:
     assert in_order(["run10", "run9", "run1"]) == ["run1", "run9", "run10"]
     assert in_order(["b10", "a9"]) == ["b10", "a9"]

@@ -205,3 +205,8 @@ def test_the_times_decide_over_a_doubtful_rate_and_without_them_it_is_asked_for(
         read_log(f"{header}\nForce (N),Disp (mm)\n" + "".join(f"{v},{v / 9:.4f}\n" for _, v in rows))
     (record,) = read_log(f"{header}\nForce (N)\n" + "".join(f"{v}\n" for _, v in rows), channel_map="rate = 500\n")
     assert record.dt == pytest.approx(2e-3)
+
+
+def test_only_the_beginning_of_a_long_line_states_a_rate() -> None:
+    assert stated_interval(["Sampling rate: 500 Hz" + ", 0" * 5000]) == (pytest.approx(2e-3), ())
+    assert stated_interval(["0, " * 5000 + "Sampling rate: 500 Hz"]) == (None, ())
