@@ -28,6 +28,8 @@ BOUNDARY = {
     "mrfit.ingest.containers.hdf",  # variables of a Matlab file
     "mrfit.ingest.readers.matlab",
     "mrfit.ingest.readers.parquet",  # metadata of a Parquet file
+    "mrfit.ingest.readers.json_log",  # header and records of a JSON log
+    "mrfit.ingest.readers.tdms",  # properties of a TDMS file
 }
 
 
