@@ -136,6 +136,7 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
     slopes = [[next(adjusted) for _ in t.covariates] if t.fitted else [] for t in trends]
     trends = [replace(t, change=_change_point(t, len(trends))) for t in trends]
     rows = [_row(t, p) for t, p in zip(trends, slopes, strict=True)]
+    doubts = [d for v in values for d in v.doubts]
     found = DriftFile(
         over=list(settings.over),
         unit=settings.unit,
@@ -146,15 +147,7 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
         tests=len({(v.log, v.condition, *sorted(v.covariates.items())) for v in values}),
         parameters=rows,
         causes=list(_causes(rows, trends)),
-        notes=list(
-            dict.fromkeys(
-                [
-                    *(d for v in values for d in v.doubts),
-                    *_mixed(values, settings.over),
-                    *(n for t in trends for n in t.notes),
-                ]
-            )
-        ),
+        notes=list(dict.fromkeys([*doubts, *_mixed(values, settings.over), *(n for t in trends for n in t.notes)])),
     )
     return found, trends
 

@@ -146,16 +146,15 @@ class Inputs:
 
 def law_reason(fit: Fit) -> str:
     """Return the code of a fit's law that has changed since the fit; empty where all is, or the fit does not say."""
-    if gone := _without_plugin(fit):
-        return gone
     now = law_code(fit.model) if fit.law else {}
+    if gone := _without_plugin(fit, now):
+        return gone
     changed = [_called(name) for name in sorted({*fit.law, *now}) if fit.law.get(name) != now.get(name)]
     return f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since" if changed else ""
 
 
-def _without_plugin(fit: Fit) -> str:
-    """Return the plug-ins of a fit's law that are not here, in words; empty where all are."""
-    now = law_code(fit.model) if fit.law else {}
+def _without_plugin(fit: Fit, now: Mapping[str, str]) -> str:
+    """Return the plug-ins of a fit's law that are not in the code of now, in words; empty where all are."""
     gone = [name for name in sorted(fit.law) if name.startswith(PLUGIN) and name not in now]
     return f"the {' and the '.join(gone)} {'is' if len(gone) == 1 else 'are'} {_NOT_NAMED}" if gone else ""
 
@@ -168,8 +167,12 @@ def check_plugins(fit: Fit) -> None:
     DataError
         If one is not; its file need only be named.
     """
-    if why := _without_plugin(fit):
-        raise DataError(f"the fit {fit.name}: {why}: {remedy(why)}")
+    if why := _without_plugin(fit, law_code(fit.model) if fit.law else {}):
+        raise _unnamed(fit, why)
+
+
+def _unnamed(fit: Fit, why: str) -> DataError:
+    return DataError(f"the fit {fit.name}: {why}: {remedy(why)}")
 
 
 def remedy(reason: str) -> str:
@@ -194,7 +197,10 @@ def check_law(fit: Fit) -> None:
     DataError
         If a file or a plug-in of its law has changed.
     """
-    if why := law_reason(fit):
+    why = law_reason(fit)
+    if why.endswith(_NOT_NAMED):
+        raise _unnamed(fit, why)
+    if why:
         raise refusal(fit, f"{why}: its parameters are not those of this law")
 
 

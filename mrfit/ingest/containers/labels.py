@@ -1,8 +1,7 @@
-"""Names and units beside arrays: lists for the columns of a matrix, and headers of channels as catman writes them."""
+"""Names and units beside arrays: lists for the columns of a matrix."""
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from mrfit.core.grouping import grouped
 from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, name_and_unit
@@ -14,8 +13,6 @@ NAME_LISTS = frozenset(
 UNIT_LISTS = frozenset("channelunits units unit columnunits colunits signalunits".split())
 MOST_LABELS, LONGEST_LABEL = 64, 200
 """Texts that a list of names has at most, and characters of each."""
-CATMAN_DATA, CATMAN_HEADER, CATMAN_FILE = "_Data", "_Header", "File_Header"
-"""Ends of the names of a channel's numbers and of what is said of them in catman's MAT-files, and that of the file."""
 
 
 def is_name_list(name: str) -> bool:
@@ -62,23 +59,3 @@ def labels_of(signals: Sequence[str], lists: Mapping[str, Sequence[str]]) -> tup
 def _is_known(text: str) -> bool:
     name, unit = name_and_unit(text)
     return unit is not None or name.lower() in TIME_NAMES or bool(aliases_of(name))
-
-
-def told_by_headers(arrays: Any) -> None:
-    """Give the channels of a MAT-file as catman exports it the name, the unit and the rate of their headers.
-
-    ``Channel_1_Header`` has ``SignalName``, ``Unit`` and ``SampleFrequency`` of ``Channel_1_Data``; the rate that
-    ``File_Header`` states is that of the quickest.
-    """
-    texts, scalars = arrays.texts, arrays.scalars
-    for name in [n for n in arrays.signals if n.endswith(CATMAN_DATA)]:
-        head = f"{name.removesuffix(CATMAN_DATA)}{CATMAN_HEADER}."
-        if label := texts.get(f"{head}SignalName"):
-            arrays.labels[name] = label[:LONGEST_LABEL]
-        if unit := texts.get(f"{head}Unit"):
-            arrays.units.setdefault(name, unit)
-        for told in (texts, scalars):
-            if (rate := told.pop(f"{head}SampleFrequency", None)) is not None:
-                told[f"{name}.SampleFrequency"] = rate
-                for of_file in (texts, scalars):
-                    of_file.pop(f"{CATMAN_FILE}.SampleFrequency", None)

@@ -226,8 +226,9 @@ def _alone(values: Values, rows: Values, mark: float, others: _Others, fewest: i
     """
     runs = _runs(values, rows)
     before, behind = (np.nan_to_num(np.abs(v - mark), nan=np.inf) for v in (runs.before, runs.behind))
-    alone = np.minimum(before, behind) > MARK_JUMP * (others.step if others.smooth else _steps_beside(values, runs))
-    if np.count_nonzero(alone) < fewest and not (abs(mark) >= SURE_MARK and _is_held_apart(values, runs, alone)):
+    steps = _steps_beside(values, runs)
+    alone = np.minimum(before, behind) > MARK_JUMP * (others.step if others.smooth else steps)
+    if np.count_nonzero(alone) < fewest and not (abs(mark) >= SURE_MARK and _is_held_apart(runs, alone, steps)):
         return rows[:0]
     return rows if 2 * np.count_nonzero(alone) >= len(alone) else runs.rows(alone)
 
@@ -241,10 +242,10 @@ def _steps_beside(values: Values, runs: _Runs) -> Values:
     return np.asarray(np.maximum(steps.max(axis=0), across))
 
 
-def _is_held_apart(values: Values, runs: _Runs, alone: Values) -> bool:
+def _is_held_apart(runs: _Runs, alone: Values, steps: Values) -> bool:
     """Whether one run, alone, is several rows long and the channel goes on behind it as it went before."""
     length = runs.last - runs.first + 1
-    way = np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * _steps_beside(values, runs)
+    way = np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * steps
     return bool(np.all(alone & way & (length >= HELD_ROWS)))
 
 

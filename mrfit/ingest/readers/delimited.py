@@ -96,7 +96,8 @@ def read(source: Source) -> list[Table]:
     if beside:
         text = f"{len(beside)} tests stand side by side, each with times of its own: each is a recording"
         said.append(Finding("side-by-side", "", None, text))
-    tables = [own_rows(read_grid(source, grid, header_of(header, c), data, c)) for c in beside]
+    # what one block tells the next is told from test to test by none
+    tables = [own_rows(read_grid(replace(source, carry={}), grid, header_of(header, c), data, c)) for c in beside]
     tables = [t for t in tables if t.rows] or [read_grid(source, grid, header, data)]
     tables = tables if factors is None else [factors.applied(tables[0], source.rules)]
     return [replace(t, findings=(*t.findings, *said, *stated)) for t in tables]

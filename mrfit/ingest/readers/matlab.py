@@ -20,7 +20,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.containers.arrays import WIDEST_MATRIX, Arrays, check_times, tables_of
 from mrfit.ingest.containers.hdf import matlab_variables
-from mrfit.ingest.containers.labels import told_by_headers
+from mrfit.ingest.containers.labels import LONGEST_LABEL
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import damaged
 from mrfit.ingest.table import Source, Table
@@ -91,6 +91,8 @@ COMPRESSED = 15
 NUMERIC = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "logical")
 MATRIX_PIECE = 1 << 20
 """Bytes unpacked at once where they are only counted."""
+CATMAN_DATA, CATMAN_HEADER, CATMAN_FILE = "_Data", "_Header", "File_Header"
+"""Ends of the names of a channel's numbers and of what is said of them in catman's MAT-files, and that of the file."""
 
 
 def sniff(head: Head) -> bool:
@@ -246,3 +248,24 @@ def _label(item: Any) -> str:
     """Return the label that Simulink gives a signal, as a part of a path; empty without one."""
     label = getattr(item, "label", "")
     return f".{label}" if isinstance(label, str) and label else ""
+
+
+def told_by_headers(arrays: Arrays) -> None:
+    """Give the channels of a MAT-file as catman exports it the name, the unit and the rate of their headers.
+
+    ``Channel_1_Header`` has ``SignalName``, ``Unit`` and ``SampleFrequency`` of ``Channel_1_Data``; the rate that
+    ``File_Header`` states is that of the quickest.
+    """
+    texts = arrays.texts
+    held: tuple[dict[str, Any], ...] = (arrays.texts, arrays.scalars)
+    for name in [n for n in arrays.signals if n.endswith(CATMAN_DATA)]:
+        head = f"{name.removesuffix(CATMAN_DATA)}{CATMAN_HEADER}."
+        if label := texts.get(f"{head}SignalName"):
+            arrays.labels[name] = label[:LONGEST_LABEL]
+        if unit := texts.get(f"{head}Unit"):
+            arrays.units.setdefault(name, unit)
+        for told in held:
+            if (rate := told.pop(f"{head}SampleFrequency", None)) is not None:
+                told[f"{name}.SampleFrequency"] = rate
+                for of_file in held:
+                    of_file.pop(f"{CATMAN_FILE}.SampleFrequency", None)

@@ -61,18 +61,8 @@ LONGEST_HEADER_CELL = 300
 """Letters of a cell that may be a name with its unit; a longer one is a text, or hostile."""
 FULL_WIDTH = str.maketrans("（）［］：＝", "()[]:=")
 NAME_LABELS = {
-    *(
-        "name",
-        "names",
-        "signal",
-        "signals",
-        "signal name",
-        "signalname",
-        "channel name",
-        "channel names",
-        "channelname",
-    ),
-    *("channeltitle", "channel title", "tracename", "trace name", "kanal", "kanalname", "bezeichnung", "signalname"),
+    *("name", "names", "signal", "signals", "signal name", "signalname", "channel name", "channel names"),
+    *("channelname", "channeltitle", "channel title", "tracename", "trace name", "kanal", "kanalname", "bezeichnung"),
 }
 UNIT_LABELS = {"unit", "units", "unitname", "unit name", "vunit", "yunit", "y unit", "einheit", "einheiten", "unité"}
 """Words before the names and before the units of all channels, in a header whose lines begin with such a word."""

@@ -35,9 +35,10 @@ def with_clock_parts(table: Table, carry: dict[str, Any]) -> Table:
     if not found:
         return table
     times = np.array(table.time.values, dtype=np.float64)
-    for column in table.columns:
-        times += found.get(column.index, 0.0) * column.values if column.index in found else 0.0
-    names = " and ".join(f"'{c.name}'" for c in table.columns if c.index in found)
+    parts = [c for c in table.columns if c.index in found]
+    for part in parts:
+        times += found[part.index] * part.values
+    names = " and ".join(f"'{c.name}'" for c in parts)
     return replace(
         table,
         time=replace(table.time, values=times, unit="s", digits=None),

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from mrfit.ingest.containers.arrays import Arrays
-from mrfit.ingest.containers.labels import labels_of, told_by_headers
+from mrfit.ingest.containers.labels import labels_of
+from mrfit.ingest.readers.matlab import told_by_headers
 
 PAIR = ["data[0]", "data[1]"]
 NAMES, UNITS = ["Stroke", "Load"], ["mm", "N"]

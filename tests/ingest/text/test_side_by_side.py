@@ -33,6 +33,14 @@ def test_tests_with_times_of_their_own(header: str, second: int, read_log: ReadL
     assert two.rows_refused == 0
 
 
+def test_each_has_the_parts_of_its_own_clock(read_log: ReadLog) -> None:
+    clock = [f"{1763028672 + 2 * k // 1000},{2 * k % 1000}" for k in K]
+    rows = "".join(f"{c},{f},{c},{-f}\n" for c, f in zip(clock, FORCE, strict=True))
+    one, two = read_log("Sec,Msec,Force (N),Sec,Msec,Force (N)\n" + rows)
+    assert (one.dt, two.dt) == (pytest.approx(2e-3), pytest.approx(2e-3))
+    np.testing.assert_allclose(two.channels["force"], -FORCE)
+
+
 def test_a_blank_column_between_them(read_log: ReadLog) -> None:
     one, two = read_log("Time (s),Stroke (mm),Force (N),,Time (s),Stroke (mm),Force (N)\n" + _rows(apart=",,"))
     assert set(one.channels) == set(two.channels) == {"displacement", "force"}
