@@ -133,14 +133,7 @@ def _whole(name: str, value: object) -> int:
 
 def _within(field: SettingField, number: float) -> float:
     """Return a number that keeps the limits of its field."""
-    setting = field.setting
-    if setting is None:
-        return number
-    given = f"{number:g}" if isinstance(number, float) else one_line(number)
-    if setting.low is not None and number < setting.low:
-        raise ConfigError(f"{field.name} takes {setting.low:g} or more, not {given}")
-    if setting.high is not None and number > setting.high:
-        raise ConfigError(f"{field.name} takes {setting.high:g} or less, not {given}")
-    if setting.above is not None and number <= setting.above:
-        raise ConfigError(f"{field.name} takes more than {setting.above:g}, not {given}")
+    refusal = field.setting.refusal(field.name, number) if field.setting else ""
+    if refusal:
+        raise ConfigError(refusal)
     return number

@@ -264,9 +264,10 @@ def value_of(field: SettingField, written: Any) -> Any:
         return field.setting.form.parse(option, written)
     if field.choices and written is not None:
         return choice(option, written, field.choices)
-    above = field.setting.above if field.setting else None
-    if above is not None and written is not None and written <= above:
-        raise ConfigError(f"{option} takes a number above {above:g}, not {written:g}")
+    # typer keeps the other limits itself
+    refusal = field.setting.refusal(option, written) if field.setting and isinstance(written, (int, float)) else ""
+    if refusal:
+        raise ConfigError(refusal)
     return written
 
 

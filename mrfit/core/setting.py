@@ -12,6 +12,8 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
+from mrfit.core.arguments import one_line
+
 # Default of a field that has none
 UNSET: object = object()
 
@@ -96,6 +98,17 @@ class Setting:
     changes_result: bool = True
     names: str = ""
     told: str | None = "{0} {1}"
+
+    def refusal(self, name: str, number: float) -> str:
+        """Return why a number breaks the limits, of the setting under this name; empty where it keeps them."""
+        given = f"{number:g}" if isinstance(number, float) else one_line(number)
+        if self.low is not None and number < self.low:
+            return f"{name} takes {self.low:g} or more, not {given}"
+        if self.high is not None and number > self.high:
+            return f"{name} takes {self.high:g} or less, not {given}"
+        if self.above is not None and number <= self.above:
+            return f"{name} takes a number above {self.above:g}, not {given}"
+        return ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
+from mrfit.core.counting import few
 from mrfit.core.recording import FLUX_RESISTANCE
 from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
@@ -233,12 +234,12 @@ def source_of(
     if not condition and len(results) > 1:
         raise ConfigError(
             f"{content.name}: has {len(results)} sets of parameters; name one with --condition "
-            f"({', '.join(list(results)[:8])}{' …' if len(results) > 8 else ''}), or fit with --per all"
+            f"({few(list(results))}), or fit with --per all"
         )
     chosen = condition or next(iter(results))
     if chosen not in results:
         raise ConfigError(
-            f"--condition '{chosen}': {content.name} has no parameters of it; there are {', '.join(list(results)[:8])}"
+            f"--condition '{chosen}': {content.name} has no parameters of it; there are {few(list(results))}"
         )
     values = {p.name: float(p.value) for p in results[chosen].parameters}
     own = tuple(s for s in stretches if chosen == "all" or s.condition == chosen)

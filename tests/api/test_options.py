@@ -78,7 +78,7 @@ def test_a_value_of_its_type_is_taken_as_python_s_own(given: dict[str, Any], fie
         ({"count": "2"}, "count takes a number, not '2'"),
         ({"count": 0}, "count takes 1 or more, not 0"),
         ({"count": 10}, "count takes 9 or less, not 10"),
-        ({"share": 0.0}, "share takes more than 0, not 0"),
+        ({"share": 0.0}, "share takes a number above 0, not 0"),
         ({"share": 1.5}, "share takes 1 or less, not 1.5"),
         ({"share": None}, "share takes a number, not None"),
         ({"on": "yes"}, "on takes True or False, not 'yes'"),

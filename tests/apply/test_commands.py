@@ -186,7 +186,7 @@ def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path)
         (("track", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1", "--scheme", "luck"), 2, "--scheme takes"),
         (("quarter-car", "--fit", "plain", "--road", "moon"), 2, "--road takes"),
         (("quarter-car", "--fit", "plain", "--control", "luck"), 2, "--control takes"),
-        (("quarter-car", "--fit", "plain", "--sprung", "-1"), 2, "--sprung takes more than 0, not -1"),
+        (("quarter-car", "--fit", "plain", "--sprung", "-1"), 2, "--sprung takes a number above 0, not -1"),
         (("flux-command", "--fit", "coil", "--resistance", "2"), 2, "give a wanted flux"),
         (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "5"), 2, "--sine takes HZ:WB"),
         (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "5:0"), 2, "above 0, not '5:0'"),

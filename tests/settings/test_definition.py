@@ -191,7 +191,7 @@ def test_a_wrong_value_is_told_by_the_options_name(argument: str, message: str) 
         ("word", "six", "word takes 'one' or 'two', not 'six'"),
         ("count", 0, "count takes 1 or more, not 0"),
         ("count", 1.5, "count takes a whole number, not 1.5"),
-        ("share", 0, "share takes more than 0, not 0"),
+        ("share", 0, "share takes a number above 0, not 0"),
         ("share", "much", "share takes a number, not 'much'"),
         ("share", float("nan"), "share: nan is not finite"),
         ("loud", "yes", "loud takes True or False, not 'yes'"),
