@@ -130,8 +130,7 @@ def _left_open(found: DiscoveryFile) -> bool:
 
 def _gap(found: DiscoveryFile) -> str:
     gap = found.gap
-    known = gap.noise_floor is not None
-    floor = f"the noise floor is {percent(gap.noise_floor)}" if known else "the noise floor is not known"
+    floor = _noise_floor(found)
     if found.held:
         return (
             f"With what was found held and the base fitted again, the error on held-out conditions is "
@@ -148,6 +147,17 @@ def _gap(found: DiscoveryFile) -> str:
         f"On held-out conditions the error falls from {percent(gap.before)} to {percent(gap.after)} of the range"
         f"{stand_in}; {floor}{closed}."
     )
+
+
+def _noise_floor(found: DiscoveryFile) -> str:
+    """Return the noise floor of the held-out conditions; where it was not measured, between what it lies."""
+    if found.gap.noise_floor is not None:
+        return f"the noise floor is {percent(found.gap.noise_floor)}"
+    bounds = [one.noise_floor_bounds for one in found.segments if one.role == "holdout"]
+    known = [(low, high) for low, high in bounds if low is not None and high is not None]
+    if not known or len(known) < len(bounds):
+        return "the noise floor is not known"
+    return f"the noise floor lies between {percent(min(known)[0])} and {percent(max(high for _, high in known))}"
 
 
 def _plain(found: DiscoveryFile) -> list[str]:

@@ -56,6 +56,8 @@ def _floors(fit: Fit) -> list[str]:
             for v in (min(v for v in lows if v is not None), max(v for v in highs if v is not None))
         )
         text += f"; it lies between {low} and {high} {scale.unit}".rstrip()
+        if any(row.rmse is not None and row.rmse < min(v for v in lows if v is not None) for row in fit.metrics):
+            text += ", and lower where the model leaves less"
     return [text + "."]
 
 

@@ -340,6 +340,23 @@ def test_what_would_take_part_of_the_gap_is_said_with_what_could_stand_instead()
     assert "(probe-skew) with" in said.partition("(or ")[2] and "cannot tell from it)" in said
 
 
+@pytest.mark.parametrize(
+    ("bounds", "said"),
+    [
+        ({HELD_OUT: (0.003, 0.006), "sine-1Hz-1A": (0.001, 0.5)}, "the noise floor lies between 0.300 % and 0.600 %."),
+        ({HELD_OUT: (0.003, None), "sine-1Hz-1A": (0.001, 0.5)}, "the noise floor is not known."),
+        ({}, "the noise floor is not known."),
+    ],
+)
+def test_a_noise_floor_that_was_not_measured_has_the_bounds_of_held_out_conditions(bounds, said):
+    segments = [
+        {**one, "noise_floor": None, "noise_floor_bounds": bounds.get(one["condition"], (None, None))}
+        for one in FOUND["segments"]
+    ]
+    gap = {"noise_floor": None, "before": 0.031, "after": 0.0101, "closed": None}
+    assert said in " ".join(sentences(typed(FOUND | {"gap": gap, "segments": segments})))
+
+
 def test_what_stays_unexplained_is_said_only_above_the_noise():
     gap = {"noise_floor": 0.01, "before": 0.05, "after": 0.02, "closed": 0.875}
     rest = {"share_of_gap": 0.125, "predictable": 0.5, "where": [], "text": ["40% of the error in 9%: end of stroke"]}

@@ -46,6 +46,16 @@ def test_missing_hold_out_and_noise_floor_are_said(fits):
     ]
 
 
+@pytest.mark.parametrize(("rmse", "below"), [(1.2, True), (1.7, False)])
+def test_a_model_that_leaves_less_than_the_bounds_lowers_the_noise_floor(fits, rmse, below):
+    found = {"noise_floor_method": "regression", "noise_floor_bounds": (1.5, 2.5)}
+    use = SegmentUse(id="a#0", condition="a", role="train", **found)
+    fit = with_metrics(fits[1], metric("all", "train", rmse, 2.0), metric("a", "train", rmse, 2.0))
+    said = verdict(replace(fit, results=[replace(fit.results[0], segments=[use])]))
+    ending = "it lies between 1.50 and 2.50 N" + ", and lower where the model leaves less" * below + "."
+    assert any(sentence.endswith(ending) for sentence in said), said
+
+
 def test_divergence_is_said(fits):
     said = verdict(with_metrics(fits[1], metric("all", "train", None), metric("a", "train", None)))
     assert said[0] == "On training data the simulation diverged: no error can be given."
