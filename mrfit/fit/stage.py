@@ -52,7 +52,14 @@ from mrfit.settings.fit import Settings as Settings
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
-from mrfit.simulate.current_levels import base_of, checked_order, kept, sign_warnings
+from mrfit.simulate.current_levels import (
+    base_of,
+    checked_order,
+    kept,
+    piece_warnings,
+    sign_warnings,
+    tested_currents,
+)
 
 # Search from near the optimum
 NEAR_ITS_OPTIMUM = Descent(60, 1e-6, 0.0)
@@ -221,6 +228,7 @@ def prepare(dataset: Dataset, settings: Settings) -> FitPreparation:
     chosen, more = usable(chosen, recordings, assembly, roles)
     cautions = left_out_warnings([*left_out, *more], len(asked))
     cautions += choice.warnings if choice else []
+    cautions += piece_warnings(dependence, tested_currents(chosen, recordings)) if dependence else []
     used = [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
     cautions += doubtful_channels(used, {assembly.spec.output, *assembly.spec.inputs})
     cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []

@@ -141,7 +141,8 @@ class TestedCurrents:
     @property
     def steps(self) -> int:
         """Return how many values of current there are to tell: levels, or parts of its range where it moves."""
-        return max(len(self.levels), _visited(self.varying, self.low, self.high))
+        # a current that is switched on and off stays in two parts
+        return max(len(self.levels), len(_visited(self.varying, self.low, self.high)))
 
 
 def tested_currents(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> TestedCurrents:
@@ -229,12 +230,15 @@ def dependence_on_current(
     return dependence
 
 
-def _visited(varying: Sequence[Array], low: float, high: float) -> int:
-    """Return the number of fifths of its range in which a moving current stays: two where it is switched on and off."""
+def _visited(varying: Sequence[Array], low: float, high: float, held: Sequence[float] = ()) -> Array:
+    """Return the middles of the fifths of a range in which a moving current stays, or a level was held."""
     if not varying or not low < high:
-        return 0
-    counts, _ = np.histogram(np.concatenate(varying), bins=FIFTHS, range=(low, high))
-    return int(np.count_nonzero(counts > STAY * counts.sum()))
+        return np.array([])
+    edges = np.linspace(low, high, FIFTHS + 1)
+    moving, levels = np.histogram(np.concatenate(varying), edges)[0], np.histogram(held, edges)[0]
+    middles = (edges[:-1] + edges[1:]) / 2
+    visited: Array = middles[(moving > STAY * moving.sum()) | (levels > 0)]
+    return visited
 
 
 def _listed(levels: Sequence[float]) -> str:
@@ -287,6 +291,21 @@ def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array
         "exponential of a polynomial (--current-order NAME=log2)"
     )
     return [Caution(kind="negative-between", text=text)] if found else []
+
+
+def piece_warnings(dependence: CurrentDependence, currents: TestedCurrents) -> list[Caution]:
+    """Return a warning on pieces in which a moving current stays at too few places to tell their values."""
+    found = list[str]()
+    for name, order in dependence.orders if currents.varying else ():
+        pieces = dependence.pieces(order)
+        places = np.concatenate([_visited(currents.varying, p.low, p.high, currents.levels) for p in pieces])
+        if len(pieces) > 1 and np.linalg.matrix_rank(basis(dependence, order, places)) < count(order):
+            found.append(f"{name}={order}")
+    text = (
+        f"--current-order {','.join(found)}: in a piece of it the current stays at too few places, so that moments in "
+        "passing tell its values: move the break or lower the order"
+    )
+    return [Caution(kind="piece-untested", text=text)] if found else []
 
 
 def kept(dependence: CurrentDependence | None) -> FitDependence | None:

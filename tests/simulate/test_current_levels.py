@@ -1,5 +1,6 @@
 """Joint fits over current: which parameters vary, where the search starts, and that planted polynomials come back."""
 
+import itertools
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -20,10 +21,18 @@ from mrfit.io.workspace import Workspace, write_json
 from mrfit.models import bingham, boucwen, polynomial, tanh
 from mrfit.search.cube import cube_of
 from mrfit.search.starts import data_starts, to_points
+from mrfit.simulate import current_levels
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.at_current import at_current, through
 from mrfit.simulate.current_dependence import CurrentDependence
-from mrfit.simulate.current_levels import assembly_of, default_orders, dependence_on_current, levels_of, sign_warnings
+from mrfit.simulate.current_levels import (
+    assembly_of,
+    default_orders,
+    dependence_on_current,
+    levels_of,
+    piece_warnings,
+    sign_warnings,
+)
 from tests.fit.benches import Bench, planted_segments, write_workspace
 
 LEVELS = (0.0, 0.5, 1.0)
@@ -232,6 +241,27 @@ def test_a_yield_force_that_turns_negative_between_the_currents_is_said() -> Non
     assert sign_warnings("bingham+inertia", dependence, np.array([*rising, 3.0])) == []
     assert sign_warnings("bingham", CurrentDependence((("fy", "log2"),), 0.0, 1.0), dipping) == []
     assert sign_warnings("bingham", None, dipping[2:]) == []
+
+
+@pytest.mark.parametrize(
+    ("order", "stays", "said"),
+    [
+        ("1/0.2/2", (0.0, 0.5, 1.2, 2.0), True),  # a line below 0.2 A from the current 0 A alone
+        ("1/0.2/2", (0.0, 0.1, 0.5, 1.2, 2.0), False),
+        ("1:0.2:2", (0.0, 0.5, 1.2, 2.0), False),  # the pieces meet, so that the one above gives the value at 0.2 A
+        ("1:0.2:2", (0.0, 1.2, 2.0), True),
+        (2, (0.0, 2.0), False),  # no pieces: the order is another's matter
+    ],
+)
+def test_a_piece_that_a_moving_current_only_passes_through_is_said(order, stays, said) -> None:
+    ramps = [np.linspace(a, b, 5) for a, b in itertools.pairwise(stays)]
+    moving = np.concatenate([*(np.full(1000, level) for level in stays), *ramps])
+    dependence = CurrentDependence((("fy", order),), 0.0, 2.0)
+    warnings = piece_warnings(dependence, current_levels.TestedCurrents([], [moving], 0.0, 2.0))
+    assert [w.kind for w in warnings] == ["piece-untested"] * said
+    assert not said or f"fy={order}" in warnings[0].text
+    # held currents are checked as they are read
+    assert piece_warnings(dependence, current_levels.TestedCurrents(list(stays), [], 0.0, 2.0)) == []
 
 
 def test_data_driven_starts_leave_out_what_the_user_gave_and_stay_inside_bounds(tmp_path: Path) -> None:
