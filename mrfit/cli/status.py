@@ -7,6 +7,7 @@ from os import path as os_path
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.cli.summary import held_out
 from mrfit.core.counting import few, number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
@@ -176,7 +177,7 @@ def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
     error = fit.pooled("holdout") or fit.pooled("train")
     holds = f"{fit.model} by {fit.optimizer}: {number_of('set', len(fit.results))} of parameters"
     if error and error.nrmse is not None:
-        holds += f", NRMSE {100.0 * error.nrmse:.3g} % {'held out' if error.role == 'holdout' else 'in training'}"
+        holds += f", NRMSE {100.0 * error.nrmse:.3g} % {held_out(fit.per) if error.role == 'holdout' else 'in training'}"
     why = inputs.of_fits([fit])
     return Step("fit", name, holds, [r.condition for r in fit.results], fit.settings, fit.code, why.get(fit.name, ""))
 

@@ -44,7 +44,7 @@ def segment(summary: Summary, work: Path) -> str:
 def fit(summary: Summary, work: Path) -> str:
     """Return the errors of a fit, how many parameters the data determine, and how many warnings there are."""
     results = summary["results"]
-    parts = [f"NRMSE {error}" for error in _errors(summary["metrics"])]
+    parts = [f"NRMSE {error}" for error in _errors(summary["metrics"], summary["per"])]
     if len(results) == 1:
         free = [p for p in results[0]["parameters"] if not p["fixed"]]
         parts.append(
@@ -60,7 +60,7 @@ def fit(summary: Summary, work: Path) -> str:
 
 def predict(summary: Summary) -> str:
     """Return the error of a prediction."""
-    errors = ", ".join(f"NRMSE {error}" for error in _errors(summary["metrics"])) or "nothing to compare with"
+    errors = ", ".join(f"NRMSE {error}" for error in _errors(summary["metrics"], "all")) or "nothing to compare with"
     return f"Prediction by {summary['fit']}: {errors} on {number_of('segment', len(summary['used']))}"
 
 
@@ -69,7 +69,8 @@ def compare_models(summary: Summary) -> str:
     best: dict[str, Summary] = {}
     for row in summary["models"]:
         best.setdefault(row["output"], row)
-    found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'))}" for output, m in best.items())
+    per = summary["settings"]["per"]
+    found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'), per)}" for output, m in best.items())
     left_out = f", {len(summary['left_out'])} left out" if summary.get("left_out") else ""
     return f"Best of {number_of('model', len(summary['models']))}{left_out}: {'; '.join(found)}"
 
@@ -92,11 +93,16 @@ def status(summary: Summary) -> str:
     return f"{number_of('step', len(steps))} in {summary['work']}, {old or 'none'} out of date"
 
 
-def _errors(metrics: Iterable[Summary]) -> Iterable[str]:
-    names = {"holdout": " held out", "train": " in training", "predict": ""}
+def held_out(per: str) -> str:
+    """Return what the error of a fit on held-out data is one of: of whole conditions, or of a part of each."""
+    return "held out" if per == "all" else "in the held-out part of each test"
+
+
+def _errors(metrics: Iterable[Summary], per: str) -> Iterable[str]:
+    names = {"holdout": f" {held_out(per)}", "train": " in training", "predict": ""}
     pooled = {m["role"]: m["nrmse"] for m in metrics if m["condition"] == "all" and m["nrmse"] is not None}
     return (f"{100.0 * pooled[role]:.3g} %{words}" for role, words in names.items() if role in pooled)
 
 
-def _held(nrmse: float | None) -> str:
-    return "" if nrmse is None or nrmse != nrmse else f", NRMSE {100.0 * nrmse:.3g} % held out"
+def _held(nrmse: float | None, per: str) -> str:
+    return "" if nrmse is None or nrmse != nrmse else f", NRMSE {100.0 * nrmse:.3g} % {held_out(per)}"

@@ -20,7 +20,8 @@ def metric(role: str, nrmse: float | None, condition: str = "all") -> dict[str, 
 
 def fitted(*results: dict[str, Any], warnings: tuple[dict[str, str], ...] = (), **given: Any) -> dict[str, Any]:
     metrics = [metric("train", 0.02), metric("holdout", 0.0312)]
-    return {"name": "f", "results": [*results], "metrics": metrics, "warnings": [*warnings], **given}
+    told = {"results": [*results], "metrics": metrics, "warnings": [*warnings]}
+    return {"name": "f", "per": "all", **told, **given}
 
 
 def parameter(determined: str, fixed: bool = False) -> dict[str, Any]:
@@ -56,6 +57,8 @@ def test_a_fit_has_its_errors_held_out_first_and_its_parameters() -> None:
         "Fit f: NRMSE 3.12 % held out, NRMSE 2 % in training, 1 of 2 parameters well determined; w/fits/f"
     )
     assert "2 sets of parameters" in summary.fit(fitted(one, one), WORK)
+    own = summary.fit(fitted(one, one, per="condition"), WORK)
+    assert "NRMSE 3.12 % in the held-out part of each test, NRMSE 2 % in training" in own
 
 
 def test_warnings_are_counted_and_those_that_change_the_physics_are_named() -> None:
@@ -77,11 +80,14 @@ def test_a_prediction_without_a_measured_output_has_nothing_to_compare_with() ->
 
 def test_the_best_model_of_every_output_is_its_first() -> None:
     rows = [{"model": "tanh", "output": "force", "holdout_nrmse": 0.02}, {"model": "dahl", "output": "force"}]
-    assert summary.compare_models({"models": rows}) == "Best of 2 models: tanh for force, NRMSE 2 % held out"
-    some = summary.compare_models({"models": rows, "left_out": [{"model": "boucwen-flux", "reason": "no flux"}]})
+    asked = {"settings": {"per": "all"}}
+    assert summary.compare_models({**asked, "models": rows}) == "Best of 2 models: tanh for force, NRMSE 2 % held out"
+    own = summary.compare_models({"settings": {"per": "condition"}, "models": rows})
+    assert own.endswith("NRMSE 2 % in the held-out part of each test")
+    some = summary.compare_models({**asked, "models": rows, "left_out": [{"model": "boucwen-flux", "reason": "no flux"}]})
     assert some == "Best of 2 models, 1 left out: tanh for force, NRMSE 2 % held out"
     rows = [{"model": "b", "output": "flux", "holdout_nrmse": float("nan")}, *rows]
-    assert summary.compare_models({"models": rows}).startswith("Best of 3 models: b for flux; tanh for force, NRMSE")
+    assert summary.compare_models({**asked, "models": rows}).startswith("Best of 3 models: b for flux; tanh for force, NRMSE")
 
 
 def test_a_workspace_says_how_much_of_it_is_out_of_date() -> None:
