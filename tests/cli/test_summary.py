@@ -84,10 +84,14 @@ def test_the_best_model_of_every_output_is_its_first() -> None:
     assert summary.compare_models({**asked, "models": rows}) == "Best of 2 models: tanh for force, NRMSE 2 % held out"
     own = summary.compare_models({"settings": {"per": "condition"}, "models": rows})
     assert own.endswith("NRMSE 2 % in the held-out part of each test")
-    some = summary.compare_models({**asked, "models": rows, "left_out": [{"model": "boucwen-flux", "reason": "no flux"}]})
+    some = summary.compare_models(
+        {**asked, "models": rows, "left_out": [{"model": "boucwen-flux", "reason": "no flux"}]}
+    )
     assert some == "Best of 2 models, 1 left out: tanh for force, NRMSE 2 % held out"
     rows = [{"model": "b", "output": "flux", "holdout_nrmse": float("nan")}, *rows]
-    assert summary.compare_models({**asked, "models": rows}).startswith("Best of 3 models: b for flux; tanh for force, NRMSE")
+    assert summary.compare_models({**asked, "models": rows}).startswith(
+        "Best of 3 models: b for flux; tanh for force, NRMSE"
+    )
 
 
 def test_a_workspace_says_how_much_of_it_is_out_of_date() -> None:

@@ -2,11 +2,12 @@
 
 import re
 from collections.abc import Collection, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 
-from mrfit.core.channels import EXCITATIONS, unit_of
+from mrfit.core.channels import CHANNELS, EXCITATIONS, unit_of
 from mrfit.core.recording import NAMING, Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -44,6 +45,7 @@ def conditions_of(
             findings.append(Finding("condition-unknown", "", None, text))
         condition |= found
     condition |= _from_map(record, number, runs, rules)
+    findings += [Finding("condition-unknown", "", None, text) for text in filter(None, map(_misspelt, condition))]
     if rules.resistance is not None:
         condition["resistance"] = rules.resistance
     measured = _measured(record, condition)
@@ -54,6 +56,13 @@ def conditions_of(
             text = f"the stated {key} is {stated_as} but the data say {measured_as}: both are kept"
             findings.append(Finding("condition-differs", _drive(record), None, text))
     return condition, findings
+
+
+def _misspelt(key: str) -> str:
+    """Return what is said of a key that is nearly a known one; empty of another, as of ``gap`` or ``temperature_2``."""
+    known = [*NAMING, *CHANNELS]
+    near = [] if key.startswith(tuple(known)) else get_close_matches(key, known, n=1, cutoff=0.8)
+    return f"the condition '{key}' is not known and is kept as a label; did you mean '{near[0]}'?" if near else ""
 
 
 def condition_words(condition: Mapping[str, float], channels: Collection[str]) -> str:

@@ -111,6 +111,17 @@ def test_name_without_the_pattern_is_said() -> None:
     assert [f.kind for f in findings] == ["condition-unknown"]
 
 
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [("temprature", "temperature"), ("freqency", "frequency"), ("gap", ""), ("temperature_2", ""), ("temperature", "")],
+)
+def test_a_condition_that_is_nearly_a_known_one_is_said(key: str, meant: str) -> None:
+    condition, findings = conditions_of(_record(), 0, 1, {}, Rules(condition={key: 25.0}))
+    assert condition[key] == 25.0
+    assert [f.kind for f in findings] == ["condition-unknown"] * bool(meant)
+    assert not meant or f"did you mean '{meant}'?" in findings[0].text
+
+
 def test_one_value_for_every_run() -> None:
     rules = Rules("map.toml", condition={"current": [0.0, 0.5], "temperature": 25.0})
     condition, _ = conditions_of(_record(), 1, 2, {}, rules)
