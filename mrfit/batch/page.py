@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
-from mrfit.core.counting import number_of
+from mrfit.core.counting import few, number_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.curves import limits
@@ -119,6 +119,7 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
     by_residual = [_outlier(o) for o in fleet.outliers if o.parameter == RESIDUAL]
     found = [
         _section("Logs that failed", ("Log", "Reason"), [(r.log, r.error.removeprefix(f"{r.log}: ")) for r in failed]),
+        _section("Logs of the same content, each counted", ("Logs",), _copies(rows)),
         _section("Outliers by parameter", _OUTLIERS, by_value),
         _section("Outliers by residual", _OUTLIERS, by_residual),
         _section("Drift over the logs", _DRIFTS, [_drift(d) for d in fleet.drifts]),
@@ -185,7 +186,9 @@ def _named(group: Group) -> tuple[str, str, str]:
 
 
 def _spread(group: Group) -> tuple[object, ...]:
-    return len(group.values), *(_shown(q) for q in np.quantile(group.values, QUANTILES)), _shown(group.sigma)
+    logs = len(group.values)
+    # one value has no spread
+    return logs, *(_shown(q) for q in np.quantile(group.values, QUANTILES)), _shown(group.sigma) if logs > 1 else "–"
 
 
 def _outlier(o: Outlier) -> tuple[object, ...]:
@@ -195,6 +198,15 @@ def _outlier(o: Outlier) -> tuple[object, ...]:
 def _drift(d: Drift) -> tuple[object, ...]:
     shown = map(_shown, (d.first, d.last, d.change, d.correlation))
     return d.parameter, d.condition, unit_html(d.unit), *shown
+
+
+def _copies(rows: Sequence[LogRow]) -> list[tuple[str]]:
+    """Return the names of logs that hold the same bytes, read and fitted alike."""
+    by_key: dict[str, list[str]] = {}
+    for row in rows:
+        if not row.error:
+            by_key.setdefault(row.key, []).append(row.log)
+    return [(few(logs),) for key, logs in by_key.items() if key and len(logs) > 1]
 
 
 def _warnings(rows: Sequence[LogRow]) -> list[tuple[str, int]]:

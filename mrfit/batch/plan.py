@@ -1,12 +1,14 @@
 """Plan of a batch: its logs, each with the key of all that determines its result."""
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from mrfit.batch.log import Job, StageSettings, failed
+from mrfit.core.counting import few
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 from mrfit.ingest.dispatch import expand
@@ -60,14 +62,16 @@ def plan(folder: Path, like: str, work: Path, asked: StageSettings, workspaces: 
     """
     patterns = [p.strip().lower() for p in like.split(",")]
     own = os.path.abspath(work)
+    there = [one for one in expand([folder]) if not os.path.abspath(one[0]).startswith(own + os.sep)]
     files = [
         (_from_here(file), _from_here(root))
-        for file, root in expand([folder])
+        for file, root in there
         if any(fnmatchcase(file.name.lower(), p) for p in patterns)
-        and not os.path.abspath(file).startswith(own + os.sep)
     ]
     if not files:
-        raise DataError(f"{folder}: no log like {like} in this folder; name another folder, or give --like '*.txt'")
+        endings = [ending for ending, _ in Counter(f"*{file.suffix.lower()}" for file, _ in there).most_common()]
+        remedy = f"give --like one of what is there, as {few(endings)}" if there else "name another"
+        raise DataError(f"{folder}: no log like {like} in this folder; {remedy}")
     seen = 0
 
     def looked_at(path: Path) -> str:

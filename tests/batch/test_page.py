@@ -1,5 +1,7 @@
 """The page of many logs: what comes first stands open, the rest is there to unfold."""
 
+from dataclasses import replace
+
 import pytest
 
 from mrfit.batch.fleet import fleet_of
@@ -25,6 +27,16 @@ def test_the_first_rows_stand_open_and_the_others_unfold() -> None:
 def test_few_rows_need_no_unfolding_and_too_many_stay_in_the_table_of_all() -> None:
     assert "<details>" not in failed(FIRST)
     assert f"Logs that failed ({PAGE_ROWS} of {PAGE_ROWS + 1})" in failed(PAGE_ROWS + 1)
+
+
+def test_logs_of_the_same_bytes_are_named_and_one_value_has_no_spread() -> None:
+    rows = [fitted(k, "a", None) for k in range(3)]
+    named = [replace(row, key=key) for row, key in zip(rows, ("x", "y", "x"), strict=True)]
+    assert "0.csv, 2.csv" in render(named, fleet_of(named))
+    other = [replace(row, key=key) for row, key in zip(rows, "xyz", strict=True)]
+    assert "same content" not in render(other, fleet_of(other))
+    alone = [*other, fitted(4, "b", None)]
+    assert ">–</td>" in render(alone, fleet_of(alone)) and ">–</td>" not in render(other, fleet_of(other))
 
 
 def fitted(k: int, condition: str, current: float | None) -> LogRow:

@@ -55,7 +55,7 @@ def test_patterns_choose_by_name_whatever_the_case(like: str, names: list[str], 
 
 
 def test_where_no_log_is_like_that_the_folder_and_the_pattern_are_named(logs: Path) -> None:
-    with pytest.raises(DataError, match=r"logs: no log like \*\.txt in this folder"):
+    with pytest.raises(DataError, match=r"logs: no log like \*\.txt in this folder; .* as \*\.csv"):
         plan(logs, "*.txt", Path("w"), ASKED, False, silent)
 
 
