@@ -1,6 +1,7 @@
 """Records of a law that mrfit does not have, with a force that no effect describes."""
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -36,6 +37,7 @@ def parted(effect: Force = no_effect, seed: int = 0) -> tuple[list[Record], list
     return [r for k, r in enumerate(made) if k not in held], [made[k] for k in held]
 
 
+@cache
 def found(effect: Force = no_effect, seed: int = 0) -> Proposal:
     """Return the proposal for an effect."""
     return propose(*parted(effect, seed), None, STANDARD)

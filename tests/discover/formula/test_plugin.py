@@ -27,24 +27,24 @@ from tests.discover.formula.cases import bump, found, gain, rebound
 from tests.export.rigs import STRENGTH
 from tests.export.test_c import agrees, rig, used
 
-FOUND = {"bump": found(bump), "rebound": found(rebound), "gain": found(gain)}
+HIDDEN = {"bump": bump, "rebound": rebound, "gain": gain}
 
 
 @pytest.fixture
 def effect(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Effect:
-    search = FOUND[request.param]
+    search = found(HIDDEN[request.param])
     assert search.rows and search.formula
     used(tmp_path, monkeypatch, found_force=source(search.rows, search.formula))
     return registry.load("effect", NAME)
 
 
-@pytest.mark.parametrize("effect", FOUND, indirect=True)
+@pytest.mark.parametrize("effect", HIDDEN, indirect=True)
 def test_it_keeps_every_contract(effect: Effect) -> None:
     for check in applying(EFFECT_CHECKS, effect):
         check.run(effect)
 
 
-@pytest.mark.parametrize("effect", FOUND, indirect=True)
+@pytest.mark.parametrize("effect", HIDDEN, indirect=True)
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 def test_its_c_is_the_simulation(effect: Effect, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(STRENGTH, NAME, (90.0,))
