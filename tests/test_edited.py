@@ -4,6 +4,7 @@ import contextlib
 import copy
 import io
 import json
+import os
 import random
 import shutil
 from collections.abc import Callable, Iterator
@@ -276,6 +277,23 @@ def test_an_unknown_schema_is_refused_in_one_line_and_stays(
     said = str(error.value)
     assert said.startswith(f"{work / file}: of the schema 'mrfit/later/9 ', which this mrfit does not know")
     assert "\n" not in said and (work / file).read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("file", "command"),
+    [("flux.json", "flux"), ("segments.parquet", "segment"), ("fits/bingham.lsq/fit.json", "fit")],
+)
+def test_what_a_damaged_file_is_mended_by_mends_it(file: str, command: str, finished: Path) -> None:
+    work = finished / "cut"
+    shutil.rmtree(work, ignore_errors=True)
+    shutil.copytree(finished / "w", work)
+    os.truncate(work / file, 10)
+    given = [*(FIT if command == "fit" else [command]), "--work", str(work)]
+    with pytest.raises(console.MrfitError, match=rf"delete it and run `mrfit {command}"):
+        main.app(["report" if command == "fit" else command, "--work", str(work)], standalone_mode=False)
+    (work / file).unlink()
+    main.app(given, standalone_mode=False)
+    assert (work / file).stat().st_size > 10
 
 
 @pytest.mark.parametrize(

@@ -17,4 +17,5 @@ def reading(path: Path, remedy: str) -> Iterator[None]:
         yield
     except UNREADABLE as error:
         reason = str(error).partition("\n")[0]
-        raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
+        fault = "damaged, or another mrfit's: cannot be read" if path.exists() else "missing"
+        raise DataError(f"{path}: {fault} ({reason}); {remedy}") from error

@@ -275,7 +275,9 @@ class Workspace:
 
     def flux_file(self) -> FluxFile | None:
         """Return flux.json, None if there is none."""
-        return load(self.flux_json, FluxFile, f"run `mrfit flux --work {self.root}` with the settings you want")
+        return load(
+            self.flux_json, FluxFile, f"delete it and run `mrfit flux --work {self.root}` with the settings you want"
+        )
 
     def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
         """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it.
@@ -443,7 +445,7 @@ class Workspace:
 
         if not self.segments_file.is_file():
             raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
-        remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
+        remedy = f"delete it and run `mrfit segment --work {self.root}` with the settings you want"
         with reading(self.segments_file, remedy):
             rows = pq.ParquetFile(self.segments_file).read()
             found = rows.to_pylist()
@@ -459,7 +461,7 @@ class Workspace:
         """Return the summary written with the segments, None if they are not there or without one."""
         if not self.segments_file.exists():
             return None
-        remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
+        remedy = f"delete it and run `mrfit segment --work {self.root}` with the settings you want"
         with reading(self.segments_file, remedy):
             text = written_text(self.segments_file, "mrfit")
         if text is None:

@@ -106,8 +106,8 @@ def last_settings(workspace: Workspace) -> Settings:
     stored = workspace.segments_summary()
     if stored is None and workspace.segments_file.exists():
         raise DataError(
-            f"{workspace.segments_file}: another mrfit's, without settings in it; run `mrfit segment --work "
-            f"{workspace.root}` with the settings you want"
+            f"{workspace.segments_file}: another mrfit's, without settings in it; delete it and run `mrfit segment "
+            f"--work {workspace.root}` with the settings you want"
         )
     return Settings(**asdict(stored.settings)) if stored else Settings()
 

@@ -84,7 +84,9 @@ def test_whatever_a_damaged_table_raises_names_the_file_and_the_remedy(error: ty
     with pytest.raises(DataError) as found, reading(Path("a.parquet"), "run it again"):
         raise error("first line\nsecond")
     said = str(found.value)
-    assert said.startswith("a.parquet: missing, damaged") and said.endswith("; run it again") and "second" not in said
+    assert (
+        said.startswith("a.parquet: missing (first line)") and said.endswith("; run it again") and "second" not in said
+    )
 
 
 def test_an_error_of_mrfit_passes_as_it_is() -> None:

@@ -46,10 +46,10 @@ def test_more_metadata_is_made_of_the_hashes_of_the_columns(tmp_path: Path) -> N
 @pytest.mark.parametrize("damage", [b"", b"PAR1", b"no table at all"])
 def test_a_damaged_or_missing_table_is_named(damage: bytes, tmp_path: Path) -> None:
     path = tmp_path / "a.parquet"
-    with pytest.raises(DataError, match="a.parquet: missing, damaged"):
+    with pytest.raises(DataError, match="a.parquet: missing "):
         read_table(path)
     path.write_bytes(damage)
-    with pytest.raises(DataError, match="a.parquet: missing, damaged"):
+    with pytest.raises(DataError, match="a.parquet: damaged, or another"):
         read_table(path)
 
 
