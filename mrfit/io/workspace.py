@@ -275,9 +275,11 @@ class Workspace:
 
     def flux_file(self) -> FluxFile | None:
         """Return flux.json, None if there is none."""
-        return load(
-            self.flux_json, FluxFile, f"delete it and run `mrfit flux --work {self.root}` with the settings you want"
-        )
+        return load(self.flux_json, FluxFile, self._made_again_by("flux"))
+
+    def _made_again_by(self, stage: str) -> str:
+        """Return what to do about a file that a stage left and that cannot be read."""
+        return f"delete it and run `mrfit {stage} --work {self.root}` with the settings you want"
 
     def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
         """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it.
@@ -445,7 +447,7 @@ class Workspace:
 
         if not self.segments_file.is_file():
             raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
-        remedy = f"delete it and run `mrfit segment --work {self.root}` with the settings you want"
+        remedy = self._made_again_by("segment")
         with reading(self.segments_file, remedy):
             rows = pq.ParquetFile(self.segments_file).read()
             found = rows.to_pylist()
@@ -461,7 +463,7 @@ class Workspace:
         """Return the summary written with the segments, None if they are not there or without one."""
         if not self.segments_file.exists():
             return None
-        remedy = f"delete it and run `mrfit segment --work {self.root}` with the settings you want"
+        remedy = self._made_again_by("segment")
         with reading(self.segments_file, remedy):
             text = written_text(self.segments_file, "mrfit")
         if text is None:
