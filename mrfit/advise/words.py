@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mrfit.advise.drives import Test
+from mrfit.advise.rivals import NO_MORE_RIVALS
 from mrfit.advise.specimen import CURRENT, TEMPERATURE, Channels
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
@@ -15,7 +16,7 @@ from mrfit.io.schemas.advice import AdvisedTest, Pair, Width
 SAID = {"m": ("mm", 1e3)}
 DIGITS = 9
 MOST_PAIRS = 4
-"""Pairs of rivals that are named in a sentence."""
+"""Rivals, or pairs of them, that a sentence names."""
 
 
 def number(value: float) -> str:
@@ -78,23 +79,30 @@ def of_rivals(pairs: Sequence[Pair], tests: Sequence[AdvisedTest], companion: Ad
         ]
     first = tests[0]
     weakest = min(apart, key=lambda k: first.distances[k])
+    nearest = " and ".join(map(_rival, pairs[weakest].names))
     said = [
         f"Run {first.text}, {_length(first)}: it puts {listed(_those(pairs, apart))} at least "
-        f"{number(first.distances[weakest])} standard errors apart ({' and '.join(pairs[weakest].names)}); "
+        f"{number(first.distances[weakest])} standard errors apart ({nearest}); "
         f"in the data there are it is {number(pairs[weakest].before)}."
     ]
     if companion is not None:
         said.append(f"Then run {companion.text}, {_length(companion)}, so that a test of this kind can be held out.")
     never = [p.names for p in pairs if not p.separable]
-    if never:
-        shown = [" from ".join(n) for n in never[:MOST_PAIRS]]
-        more = [f"{len(never) - len(shown)} more pairs, which advise.json names"] * (len(never) > len(shown))
-        said.append(f"No test within these limits tells {listed([*shown, *more], 'or')}.")
+    unseen = [n for names in never if NO_MORE_RIVALS in names for n in names if n != NO_MORE_RIVALS]
+    alike = [" from ".join(names) for names in never if NO_MORE_RIVALS not in names]
+    for verb, names, what in (("would show", unseen, "effects"), ("tells", alike, "pairs")):
+        more = [f"{len(names) - MOST_PAIRS} more {what}, which advise.json names"] * (len(names) > MOST_PAIRS)
+        if names:
+            said.append(f"No test within these limits {verb} {listed([*names[:MOST_PAIRS], *more], 'or')}.")
     return said
 
 
 def _those(pairs: Sequence[Pair], apart: Sequence[int]) -> list[str]:
-    return list(dict.fromkeys(n for k in apart for n in pairs[k].names))
+    return list(dict.fromkeys(_rival(n) for k in apart for n in pairs[k].names))
+
+
+def _rival(name: str) -> str:
+    return "the model as found" if name == NO_MORE_RIVALS else name
 
 
 def _length(test: AdvisedTest) -> str:

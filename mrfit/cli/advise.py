@@ -68,10 +68,10 @@ def _say(made: AdviceFile, work: Path) -> None:
         console.say(line)
     apart = [k for k, pair in enumerate(made.pairs) if pair.separable]
     tests = [*made.tests, *([made.companion] if made.companion else [])]
-    last = "least distance, standard errors" if apart else "gain per second"
+    last = "least distance, standard errors" if apart else "gain (1/s)"
     rows = [_row(t, apart) for t in tests]
     if rows:
-        console.print_table("Tests", ("test", "seconds", "waiting", last, "drive"), rows)
+        console.print_table("Tests", ("test", "length (s)", "waiting (s)", last, "drive"), rows)
     if made.widths:
         shown = [[w.name, w.unit, w.value, w.before, w.after] for w in made.widths]
         console.print_table("Half-widths of 95 % intervals", ("parameter", "unit", "value", "now", "expected"), shown)

@@ -122,7 +122,7 @@ def _conclude(summary: "CurrentFile | FluxCommandFile | InvertFile | TrackFile",
 
 
 @app.command()
-@options(in_pipes=True)
+@options()
 def invert(
     fit: Fit,
     logs: OptionalLogs = None,
@@ -182,7 +182,7 @@ def _print_inversions(unit: str, summary: "InvertFile") -> None:
 
 
 @app.command()
-@options(in_pipes=True)
+@options()
 def track(
     fit: Fit,
     logs: OptionalLogs = None,
@@ -264,7 +264,7 @@ def _lag_words(summary: "TrackFile") -> list[str]:
 
 
 @app.command("quarter-car")
-@options(in_pipes=True)
+@options()
 def quarter_car(
     fit: Fit,
     sprung: Annotated[float, typer.Option(help="Sprung mass in kg.")] = 400.0,
@@ -334,7 +334,7 @@ def _print_rides(summary: "QuarterCarFile") -> None:
 
 
 @app.command()
-@options(in_pipes=True)
+@options()
 def current(
     fit: CoilFit,
     logs: Annotated[list[Path], typer.Argument(help="Logs with flux linkage, or coil voltage and current.")],
@@ -373,7 +373,7 @@ def _print_currents(summary: "CurrentFile") -> None:
 
 
 @app.command("flux-command")
-@options(in_pipes=True)
+@options()
 def flux_command(
     fit: CoilFit,
     sine: Annotated[

@@ -195,20 +195,20 @@ def cell(value: object) -> str:
 
 
 @contextmanager
-def progress_bar(enabled: bool = True, in_pipes: bool = False) -> Iterator[Progress]:
+def progress_bar() -> Iterator[Progress]:
     """Give a progress listener that draws one bar for each task on standard error, where that is a terminal.
 
-    ``in_pipes`` elsewhere too: a line with an estimate of what takes longer than 10 s, and one every 10 s.
+    Elsewhere it prints a line with an estimate of what takes longer than 10 s, and one every 10 s.
     """
-    if enabled and VERBOSITY.verbose:
+    if VERBOSITY.verbose:
         yield _Steps()
-        return
-    enabled = enabled and not VERBOSITY.quiet
-    if not (enabled and sys.stderr.isatty()):
-        yield Lines() if enabled and in_pipes else silent
-        return
-    with terminal_bars() as listen:
-        yield listen
+    elif VERBOSITY.quiet:
+        yield silent
+    elif not sys.stderr.isatty():
+        yield Lines()
+    else:
+        with terminal_bars() as listen:
+            yield listen
 
 
 class Lines:

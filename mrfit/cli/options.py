@@ -123,22 +123,20 @@ class CommandAnswer:
 Command = Callable[..., CommandAnswer | None]
 
 
-def options(
-    *, plugins: bool = True, sends: bool = False, in_pipes: bool = False
-) -> Callable[[Command], Callable[..., None]]:
+def options(*, plugins: bool = True, sends: bool = False) -> Callable[[Command], Callable[..., None]]:
     """Give a command the options that its parameters define, in place of these, and print its answer.
 
-    ``plugins`` says that it takes plug-ins, ``sends`` that a scheduler can do its work, ``in_pipes`` that its progress
-    is told in pipes too. A parameter ``progress`` is a listener that draws bars.
+    ``plugins`` says that it takes plug-ins, ``sends`` that a scheduler can do its work. A parameter ``progress`` is a
+    listener that draws bars, or prints lines in a pipe.
 
     A parameter that is a settings class becomes the options of its fields, or of ``Only`` some; one with a ``Setting``
     in its annotation becomes an option; one with a ``Default`` has that default. Options that change no result come
     after all others but those of several commands.
     """
-    return lambda command: _with_options(command, plugins, sends, in_pipes)
+    return lambda command: _with_options(command, plugins, sends)
 
 
-def _with_options(command: Command, plugins: bool, sends: bool, in_pipes: bool) -> Callable[..., None]:
+def _with_options(command: Command, plugins: bool, sends: bool) -> Callable[..., None]:
     taken = _Parameters([], [], [])
     hints = get_type_hints(command, include_extras=True)
     given = {name: p.default for name, p in inspect.signature(command).parameters.items() if name != "progress"}
@@ -166,7 +164,7 @@ def _with_options(command: Command, plugins: bool, sends: bool, in_pipes: bool) 
         arguments = {name: _argument(name, hints[name], written, values) for name, written in given.items()}
         with _told_of_replaced(command.__name__):
             if "progress" in hints:
-                with console.progress_bar(in_pipes=in_pipes) as arguments["progress"]:
+                with console.progress_bar() as arguments["progress"]:
                     answer = command(**arguments)
             else:
                 answer = command(**arguments)

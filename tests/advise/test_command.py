@@ -123,8 +123,8 @@ def test_rivals_that_no_test_separates_are_named_and_no_drive_is_written(work, r
     capsys.readouterr()
     assert run("advise", "--work", "w") == 0
     said = capsys.readouterr().out.replace("\n", " ")
-    assert "separates the rivals, nothing more and force-offset: the best one puts none" in said
-    assert "keep one of them" in said and "gain per second" not in said and "Drives" not in said
+    assert "separates the rivals, the model as found and force-offset: the best one puts none" in said
+    assert "keep one of them" in said and "gain (1/s)" not in said and "Drives" not in said
     assert {p.name for p in advice.iterdir()} == {"advise.json"}
     assert json.loads((advice / "advise.json").read_text())["tests"] == []
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from mrfit.advise.rivals import NO_MORE_RIVALS
 from mrfit.advise.stage import AdviceFiles, write
 from mrfit.advise.words import MOST_PAIRS, of_rivals
 from mrfit.io.replaced import replaced_files
@@ -21,6 +22,17 @@ def test_pairs_that_no_test_tells_apart_are_named_up_to_a_few(never: int, more: 
     assert sum(f"c{k} from d{k}" in said for k in range(never)) == min(never, MOST_PAIRS)
     assert ("more pairs, which advise.json names" in said) == bool(more) and more in said
     assert ("No test within these limits" in said) == bool(never)
+
+
+def test_effects_that_no_test_would_show_are_said_as_such() -> None:
+    names = (("a", "b"), (NO_MORE_RIVALS, "c"), (NO_MORE_RIVALS, "d"), ("e", "f"))
+    pairs = [Pair(names=n, before=0.5, separable=n == ("a", "b")) for n in names]
+    own = {"kind": "sine", "numbers": {}, "distances": (4.0,) * len(pairs)}
+    test = AdvisedTest(text="a sine", seconds=10.0, waiting=0.0, worth=1.0, drive="test-1.csv", **own)
+    said = of_rivals(pairs, [test], None)
+    assert said[1:] == ["No test within these limits would show c or d.", "No test within these limits tells e from f."]
+    put = of_rivals([Pair(names=(NO_MORE_RIVALS, "c"), before=0.5, separable=True)], [test], None)[0]
+    assert "it puts the model as found and c at least 4 standard errors apart (the model as found and c)" in put
 
 
 def test_drives_of_another_advice_are_noted_as_replaced_and_the_same_ones_are_not(tmp_path: Path) -> None:
