@@ -67,7 +67,15 @@ def test_every_stage_without_a_test_is_told_and_conditions_are_counted_once(
 def test_a_fit_tells_what_was_chosen_and_rejected_of_laws_of_current(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = {"name": "f", "model": "tanh", "optimizer": "auto", "seed": 0, "skipped": False, "output": "force"}
+    told = {
+        "name": "f",
+        "per": "all",
+        "model": "tanh",
+        "optimizer": "auto",
+        "seed": 0,
+        "skipped": False,
+        "output": "force",
+    }
     told |= {"metrics": [], "results": [], "warnings": [], "current_choice": {"text": ["fy: order 2; rejected log2"]}}
     output.fit(told, tmp_path)
     assert "  fy: order 2; rejected log2\n" in capsys.readouterr().out
@@ -112,6 +120,7 @@ def test_many_conditions_are_compared_in_tables_that_cut_no_name(
     model = {"fit": "bingham.lsq", "model": "bingham", "output": "force", "parameters": 3, "evaluations": 9}
     model |= {"current_orders": {}, "warnings": []}
     told = {
+        "settings": {"per": "all"},
         "models": [model],
         "metrics": metrics,
         "seconds": {},

@@ -50,7 +50,9 @@ def test_a_quiet_command_prints_one_line_and_a_verbose_one_every_step(command: C
     assert re.search(r"^sine-1Hz-1A: \d+ in \d+\.\d s$", err, re.MULTILINE) and re.search(
         r"^\d+\.\d s$", err, re.MULTILINE
     )
-    assert re.fullmatch(r"Fit boucwen-flux\.auto: NRMSE .+ held out, .+ determined.*; .+", out.splitlines()[-1])
+    assert re.fullmatch(
+        r"Fit boucwen-flux\.auto: NRMSE .+ in the held-out part of each test, .+ determined.*; .+", out.splitlines()[-1]
+    )
     # made already
     line = command("fit", "--model", "boucwen-flux", "--quiet")[1]
     assert line == out.splitlines()[-1] + "\n"
