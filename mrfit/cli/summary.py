@@ -94,7 +94,7 @@ def status(summary: Summary) -> str:
 
 
 def held_out(per: str) -> str:
-    """Return what the error of a fit on held-out data is one of: of whole conditions, or of a part of each."""
+    """Return the words on held-out data: whole conditions, or a part of each."""
     return "held out" if per == "all" else "in the held-out part of each test"
 
 

@@ -278,7 +278,7 @@ class Workspace:
         return load(self.flux_json, FluxFile, self._made_again_by("flux"))
 
     def _made_again_by(self, stage: str) -> str:
-        """Return what to do about a file that a stage left and that cannot be read."""
+        """Return the remedy for a file that a stage left and that cannot be read."""
         return f"delete it and run `mrfit {stage} --work {self.root}` with the settings you want"
 
     def recording_file(self, identifier: str, stage: str = "recordings") -> Path:

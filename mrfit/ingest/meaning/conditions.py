@@ -59,7 +59,7 @@ def conditions_of(
 
 
 def _misspelt(key: str) -> str:
-    """Return what is said of a key that is nearly a known one; empty of another, as of ``gap`` or ``temperature_2``."""
+    """Return words on a key that is nearly a known one; none on another, as on ``gap`` or ``temperature_2``."""
     known = [*NAMING, *CHANNELS]
     near = [] if key.startswith(tuple(known)) else get_close_matches(key, known, n=1, cutoff=0.8)
     return f"the condition '{key}' is not known and is kept as a label; did you mean '{near[0]}'?" if near else ""
