@@ -121,6 +121,22 @@ def test_discovery_names_the_effect_of_a_plugin_that_a_plugins_model_lacks(tmp_p
     assert parameter["value"] == pytest.approx(TRUTH["k3"], rel=0.01)
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_error_in_a_plugin_names_its_file_and_line(jobs: int, tmp_path: Path) -> None:
+    spec = 'OptimizerSpec(name="crasher", title="Crash", reference="", kind="global", budget=lambda n, o: 9 * n)'
+    lines = ("from mrfit.core.specs import OptimizerSpec", f"SPEC = {spec}", "def minimise(objective, rng, options):")
+    (tmp_path / "crasher.py").write_text("\n".join([*lines, "    raise ValueError('boom')", ""]))
+    for name in ("a.log", "b.log"):
+        acme_log(tmp_path / name)
+    cli(tmp_path, "ingest", "a.log", "b.log", "--plugin", FILES[3])
+    asked = ("fit", "--model", "bingham", "--opt", "crasher", "--plugin", "crasher.py", "--jobs", jobs)
+    done = run_python(tmp_path, "mrfit.cli", *asked)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith(
+        "crasher.py, line 4: ValueError: boom; mend the plug-in (--debug shows more)"
+    )
+
+
 def test_code_that_lies_beside_logs_is_never_run(tmp_path: Path) -> None:
     acme_log(tmp_path / "run1.log")
     for name in ("plugin.py", "mrfit_plugins.py", "conftest.py", "sitecustomize.py", "mrfit.py"):

@@ -347,4 +347,8 @@ def explain(error: Exception) -> tuple[str, int]:
         return f"{text} (`{path} --help` shows how)" if text else "", 2
     if isinstance(error, (MemoryError, OSError)):
         return f"{error}", 1
+    from mrfit.core import plugins
+
+    if place := plugins.place_of(error):
+        return f"{place}: {type(error).__name__}: {error}; mend the plug-in (--debug shows more)", 1
     return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1

@@ -494,7 +494,7 @@ def item(name: str) -> Summary:
         if name in registry.names(kind):
             module = registry.load(kind, name)
             spec = {k: v for k, v in asdict(module.SPEC).items() if not callable(v)}
-            return {"kind": kind, **spec, "text": inspect.getdoc(module) or ""}
+            return {"kind": kind, **spec, "text": inspect.getdoc(module) or spec.get("equation", "")}
     if own := strategies.REGISTERED_STRATEGIES.get(name):
         spec = {k: v for k, v in asdict(own.spec).items() if not callable(v)}
         return {"kind": "optimizer", **spec, "text": inspect.getdoc(own.module) or ""}
@@ -512,7 +512,7 @@ def item(name: str) -> Summary:
 def show(found: Summary) -> None:
     """Print an item's title, text and parameters, and what an effect is mistaken for."""
     conclude(f"{found['name']} ({found['kind']}): {found['title']}")
-    say_each(("", *found["text"].split("\n"), ""), "")
+    say_each(("", *found["text"].split("\n"), "") if found["text"] else (), "")
     if "params" in found:
         takes, neutral = ", ".join(found["inputs"]), found.get("neutral")
         if neutral is None:

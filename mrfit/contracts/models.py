@@ -152,7 +152,8 @@ def linear_parameters_are_jointly_affine(model: Model) -> None:
 
 
 def _may_vary(model: Model) -> bool:
-    return model.SPEC.output in ("force", "torque") and "current" not in model.SPEC.inputs
+    constant = getattr(model, "CONSTANT_PARAMETERS", False)
+    return model.SPEC.output in ("force", "torque") and "current" not in model.SPEC.inputs and not constant
 
 
 def parameters_may_vary_along_the_samples(model: Model) -> None:

@@ -251,6 +251,15 @@ def _run(path: Path, source: bytes) -> None:
         register(module)
 
 
+def place_of(error: BaseException) -> str:
+    """Return the file and line of a plug-in in which an error arose, in a worker too; empty if it was in none."""
+    text = "".join(traceback.format_exception(error))
+    for path in _store.files:
+        if lines := re.findall(rf'File "{re.escape(str(path))}", line (\d+)', text):
+            return f"{path}, line {lines[-1]}"
+    return ""
+
+
 def _line_of(error: Exception, path: Path) -> str:
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return f", line {error.lineno}"

@@ -100,7 +100,7 @@ class Setting:
     told: str | None = "{0} {1}"
 
     def refusal(self, name: str, number: float) -> str:
-        """Return why a number breaks the limits, of the setting under this name; empty where it keeps them."""
+        """Return a refusal of a number that breaks the limits, under a name; empty where it keeps them."""
         given = f"{number:g}" if isinstance(number, float) else one_line(number)
         if self.low is not None and number < self.low:
             return f"{name} takes {self.low:g} or more, not {given}"

@@ -23,7 +23,8 @@ def foreign_model(spec: ModelSpec, caution: str, simulate: Simulate, source: str
     """Return the model of a function of one drive (C, N) and one parameter vector (K,) that returns the output (N,)."""
     response = constant_only(spec.name, one_by_one(simulate))
     cautious = replace(spec, caution=caution.format(spec.name))
-    return ForeignModel(SimpleNamespace(SPEC=cautious, response=response, __doc__=spec.title), source)
+    item = SimpleNamespace(SPEC=cautious, response=response, CONSTANT_PARAMETERS=True, __doc__=spec.title)
+    return ForeignModel(item, source)
 
 
 def constant_only(name: str, response: Simulate) -> Simulate:
