@@ -117,6 +117,7 @@ def derived_rows(
             text=quantity.text,
             identifiable=known,
             added_to=_added_to(quantity, ranges),
+            logarithm=quantity.role == "logarithm",
         )
         rows.append(replace(row, low=value - width, high=value + width) if known else row)
     return rows

@@ -18,9 +18,9 @@ def words_of(q: Quantity) -> str:
         return ""
     if q.low is None or q.high is None:
         return "poorly determined"
-    if q.low <= 0.0 <= q.high:
+    if q.low <= 0.0 <= q.high and not q.logarithm:
         return "poorly determined (its interval holds zero)"
-    half = (q.high - q.low) / 2.0 / abs(q.value)
+    half = (q.high - q.low) / 2.0 / (1.0 if q.logarithm else abs(q.value))
     return f"poorly determined (± {in_html(significant(100.0 * half, 2))} %)"
 
 

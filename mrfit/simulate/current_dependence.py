@@ -37,6 +37,8 @@ PLAIN, LOG, SAT = "plain", "log", "sat"
 FORMS = (PLAIN, LOG, SAT)
 # Current of the knee of a law that saturates, as a share of the greatest current tested
 KNEE = 0.5
+# Share of the range of current within which a node counts as 0 A
+NEAR_ZERO = 1e-4
 
 Order = int | str
 """Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump.
@@ -115,7 +117,8 @@ class CurrentDependence:
     def labels(self, order: Order, exact: bool = False) -> list[str]:
         """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above.
 
-        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``.
+        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``. What a sensor
+        shows at 0 A is called so.
         """
         below, above = set[int](), set[int]()
         for one, other in pairwise(self.pieces(order)):
@@ -124,9 +127,10 @@ class CurrentDependence:
                 above |= {int(other.columns[0])} if other.order else set()
         ends = ["-" * (k in below) + "+" * (k in above) for k in range(count(order))]
         nodes = self.nodes(order).tolist()
-        written = [[f"{i:.{digits}g}A{end}" for i, end in zip(nodes, ends, strict=True)] for digits in range(4, 18)]
         if exact:
             return [f"{i!r}A{end}" for i, end in zip(nodes, ends, strict=True)]
+        shown = [0.0 if abs(i) < NEAR_ZERO * (self.high - self.low) else i for i in nodes]
+        written = [[f"{i:.{digits}g}A{end}" for i, end in zip(shown, ends, strict=True)] for digits in range(4, 18)]
         return next((found for found in written if len(set(found)) == len(found)), written[-1])
 
     @property
@@ -304,12 +308,15 @@ def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
 def _coefficient(
     param: Param, piece: CurrentPiece, power: int, pieces: Sequence[CurrentPiece], form: str
 ) -> DerivedQuantity:
-    name, unit = (f"ln({param.name})", "1") if form == LOG and piece.order > 0 else (param.name, param.unit)
+    is_log = form == LOG and piece.order > 0
+    name, unit = (f"ln({param.name})", "1") if is_log else (param.name, param.unit)
     place = "" if len(pieces) == 1 else f"({piece.low:.4g}..{piece.high:.4g}A)"
     knee = knee_of(form, (pieces[0].low, pieces[-1].high))
     of = f"({knee:.4g} A*tanh(i/{knee:.4g} A))^{power}" if knee else f"i^{power}"
     text = f"coefficient of {of} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
-    return DerivedQuantity(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
+    # of a slope the unit of the quantity is no matter
+    role = "logarithm" if is_log and not power else ""
+    return DerivedQuantity(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text, role)
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:

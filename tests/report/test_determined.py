@@ -34,6 +34,9 @@ def quantity(value: float, low: float | None, high: float | None, bounds=(0.1, 1
         (quantity(5.7, -53.0, 64.0, added_to=1000.0), State.POORLY, "poorly determined (its interval holds zero)"),
         (quantity(200.0, 160.0, 240.0, added_to=1000.0), State.WELL, ""),
         (quantity(0.4, None, 2.8, added_to=1000.0), State.POORLY, "poorly determined"),
+        # 18 800 1/m between 2 500 and 143 000, whatever its unit makes of the logarithm
+        (quantity(9.84, 7.82, 11.87, logarithm=True), State.POORLY, "poorly determined (± 202 %)"),
+        (quantity(0.05, -0.05, 0.15, logarithm=True), State.WELL, ""),
     ],
 )
 def test_states(q, state, words):

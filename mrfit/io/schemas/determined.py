@@ -18,11 +18,14 @@ class State(StrEnum):
     HELD = "held"
 
 
-def state_of(value: float, low: float | None, high: float | None, added_to: float | None = None) -> State:
+def state_of(
+    value: float, low: float | None, high: float | None, added_to: float | None = None, logarithm: bool = False
+) -> State:
     """Return the degree to which an interval determines a value.
 
     A value whose interval holds zero is poorly determined, whatever its unit: not even its sign is known. An offset,
-    which may be zero, is well determined nevertheless where the data that it adds to do not tell it from its ends.
+    which may be zero, is well determined nevertheless where the data that it adds to do not tell it from its ends. Of a
+    logarithm it is the quantity itself that is judged, in any unit.
 
     Parameters
     ----------
@@ -32,11 +35,13 @@ def state_of(value: float, low: float | None, high: float | None, added_to: floa
         Its 95 % interval; None where an end is open.
     added_to
         Of an offset, the range of the data that it adds to.
+    logarithm
+        Whether it is the logarithm of a quantity.
     """
     ends = [end for end in (low, high) if end is not None and math.isfinite(end)]
     if not ends:
         return State.NOT
     if len(ends) < 2:
         return State.POORLY
-    fine = max(POOR * abs(value), SLIGHT * (added_to or 0.0))
+    fine = POOR if logarithm else max(POOR * abs(value), SLIGHT * (added_to or 0.0))
     return State.WELL if (ends[1] - ends[0]) / 2.0 <= fine else State.POORLY

@@ -21,7 +21,7 @@ class Quantity(Entry):
     """A parameter or derived quantity; ``low`` to ``high`` is its 95 % interval, None where the data leave it open.
 
     ``determined`` follows from the others, by one rule for files, commands, results in Python and reports; of an offset
-    ``added_to`` is the range of the data that it adds to.
+    ``added_to`` is the range of the data that it adds to; ``logarithm`` says that it is one of a quantity.
     """
 
     name: str
@@ -36,16 +36,18 @@ class Quantity(Entry):
     identifiable: bool = True
     fixed: bool = False
     added_to: Number | None = None
+    logarithm: bool = False
     determined: State = field(init=False)
 
     @property
     def absent(self) -> Collection[str]:
-        """The range that an offset adds to, of what is none."""
-        return () if self.added_to is not None else ("added_to",)
+        """What is said of offsets and of logarithms alone."""
+        return [*(["added_to"] if self.added_to is None else []), *([] if self.logarithm else ["logarithm"])]
 
     def __post_init__(self) -> None:
         """Judge how well the data determine the value."""
-        free = state_of(self.value, self.low, self.high, self.added_to) if self.identifiable else State.NOT
+        found = state_of(self.value, self.low, self.high, self.added_to, self.logarithm)
+        free = found if self.identifiable else State.NOT
         object.__setattr__(self, "determined", State.HELD if self.fixed else free)
 
     @property
