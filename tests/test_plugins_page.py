@@ -27,7 +27,7 @@ def blocks(language: str) -> list[str]:
 @pytest.fixture
 def page(tmp_path: Path) -> Path:
     """The page's files in a folder, with a log of the page's bench."""
-    names = ("my_damper.py", "my_friction.py", "my_spring.py", "my_search.py", "my_reader.py")
+    names = ("my_damper.py", "my_friction.py", "my_spring.py", "my_cell.py", "my_search.py", "my_reader.py")
     for name, text in zip(names, blocks("python"), strict=True):
         (tmp_path / name).write_text(text)
     t = np.arange(5000) / 1000
@@ -52,7 +52,7 @@ def test_its_model_effect_optimizer_and_reader_are_used_together(page: Path) -> 
 
 
 def test_they_keep_their_contracts(page: Path) -> None:
-    files = ("my_damper.py", "my_friction.py", "my_spring.py", "my_search.py", "my_reader.py")
+    files = ("my_damper.py", "my_friction.py", "my_spring.py", "my_cell.py", "my_search.py", "my_reader.py")
     done = run_python(page, "mrfit.contracts", *files, "--log", "run1.txt")
     assert "all hold" in done.stdout, done.stdout + done.stderr
 
