@@ -156,6 +156,10 @@ class ExportSource:
                 if unit_of(name).endswith(("/s", "/s^2")):
                     low, high = -max(-low, high), max(-low, high)
                 found[name] = low, high
+        if self.dependence and "current" in found:
+            # inputs are smoothed, and what a sensor shows about 0 A was tested too
+            low, high = found["current"]
+            found["current"] = min(low, self.dependence.low), max(high, self.dependence.high)
         return found
 
     @property

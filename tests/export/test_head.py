@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from mrfit.core.specs import Array
 from mrfit.export.causality import DEFAULT, costs
 from mrfit.export.head import channel_text, error_text, head_lines
 from mrfit.export.motion import derived_of, motion_of
@@ -67,6 +68,18 @@ def test_a_channel_has_the_range_of_the_logs_or_none(plain: ExportSource) -> Non
     low, high = plain.ranges["velocity"]
     assert channel_text(plain, "velocity") == f"velocity in m/s, {low:.6g} to {high:.6g}"
     assert channel_text(plain, "temperature") == "temperature in degC, range not known"
+
+
+@pytest.mark.parametrize("ends", [(-0.004, 9.0), (0.5, 0.6)])
+def test_the_range_of_current_is_that_of_the_law_and_of_the_smoothed_logs(ends: tuple[float, float]) -> None:
+    tested = rig("tanh").ranges.get("current")
+    source = rig("tanh", CurrentDependence((("fy", 1),), *ends))
+    low, high = min(v.min() for v in _currents(source)), max(v.max() for v in _currents(source))
+    assert tested is None and source.ranges["current"] == (min(low, ends[0]), max(high, ends[1]))
+
+
+def _currents(source: ExportSource) -> list[Array]:
+    return [one.inputs["current"] for one in source.stretches]
 
 
 @pytest.mark.parametrize(
