@@ -6,6 +6,7 @@ The option of a command, the key in a pipeline file, the argument in Python and 
 """
 
 import inspect
+import math
 import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -102,6 +103,8 @@ class Setting:
     def refusal(self, name: str, number: float) -> str:
         """Return a refusal of a number that breaks the limits, under a name; empty where it keeps them."""
         given = f"{number:g}" if isinstance(number, float) else one_line(number)
+        if isinstance(number, float) and not math.isfinite(number):
+            return f"{name} takes a finite number, not {given}"
         if self.low is not None and number < self.low:
             return f"{name} takes {self.low:g} or more, not {given}"
         if self.high is not None and number > self.high:

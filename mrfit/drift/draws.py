@@ -50,8 +50,11 @@ def drawn_units(trends: Sequence[Trend], draws: int, seed: int) -> Array:
     common = [n for n in scores[0] if n not in odd and all(n in s for s in scores)]
     correlation = np.eye(len(trends))
     if len(common) > 2:
-        seen = np.atleast_2d(np.corrcoef([[s[n] for n in common] for s in scores]))
-        correlation = (len(common) * np.nan_to_num(seen) + len(trends) * correlation) / (len(common) + len(trends))
+        # a parameter that is the same in all units goes with no other
+        with np.errstate(invalid="ignore"):
+            seen = np.nan_to_num(np.atleast_2d(np.corrcoef([[s[n] for n in common] for s in scores])))
+        np.fill_diagonal(seen, 1.0)
+        correlation = (len(common) * seen + len(trends) * correlation) / (len(common) + len(trends))
     rng = np.random.default_rng(seed)
     normal = rng.standard_normal((draws, len(trends))) @ np.linalg.cholesky(correlation).T
     columns = []

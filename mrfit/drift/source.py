@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 HALF_INTERVAL = 1.959963984540054
 CYCLES_OF_BLOCK = re.compile(r"-cycles(\d+)to(\d+)$")
 SECONDS_OF_DAY = 86400.0
+GREATEST_FORCE = "lambda_max"
 NO_FILE = "no such file; check the path and its spelling"
 NUMBERS_OF_TABLE = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees")
 # Samples of a cycle of a stated motion, and cycles of which the last one counts
@@ -85,15 +86,24 @@ def read_values(inputs: Sequence[Path], settings: Settings) -> list[FitValue]:
         If there is no fit or table, one cannot be read, or none states its covariance.
     """
     found: list[FitValue] = []
+    if settings.at:
+        motion_of(settings.at)
     for path in inputs:
         if not path.exists():
             raise DataError(f"{path}: {NO_FILE}")
+        if settings.at and not path.is_dir():
+            raise ConfigError(f"{path}: --at simulates the fits, which a table does not hold; give their workspaces")
         if path.is_dir():
             found += _of_workspaces(path, settings)
         elif path.suffix.lower() in (".parquet", ".csv"):
             found += values_of_table(read_table(path), str(path))
         else:
             raise DataError(f"{path}: no workspace, and no table that ends in .parquet or .csv")
+    if settings.at and not any(v.parameter == GREATEST_FORCE for v in found):
+        current = motion_of(settings.at)[2]
+        raise ConfigError(
+            f"--at: no fit is of tests at {current:g} A; give one of their currents, or fit with --per all"
+        )
     return completed(found, settings)
 
 
@@ -305,8 +315,9 @@ def force_ends(fit: Fit, result: Result, at: str) -> Iterator[FitValue]:
     drive = np.array([channels[n] for n in assembly.spec.inputs])
     outputs = assembly.simulate(drive, theta, dt)[:, -SAMPLES_OF_CYCLE:]
     unit = channel_unit(fit.output)
-    place = f"{frequency:g} Hz, {amplitude:g}, {current:g} A"
-    for name, ends in (("lambda_max", outputs.max(axis=1)), ("lambda_min", outputs.min(axis=1))):
+    turns = {"angle", "angular_velocity"} & {*assembly.spec.inputs}
+    place = f"{frequency:g} Hz, {amplitude:g} {'rad' if turns else 'm'}, {current:g} A"
+    for name, ends in ((GREATEST_FORCE, outputs.max(axis=1)), ("lambda_min", outputs.min(axis=1))):
         # of refits alone: their mean is not the optimum's
         spread = refits.factor * float(np.var(ends[1:][np.isfinite(ends[1:])]))
         yield FitValue("", "", place, name, unit, "", float(ends[0]), spread, False)
@@ -324,7 +335,7 @@ def motion_of(text: str) -> tuple[float, float, float]:
         frequency, amplitude, current = map(float, text.split(":"))
     except ValueError:
         frequency = amplitude = current = math.nan
-    if not (frequency > 0.0 and amplitude > 0.0 and math.isfinite(current)):
+    if not (frequency > 0.0 and amplitude > 0.0 and all(map(math.isfinite, (frequency, amplitude, current)))):
         raise ConfigError(f"--at '{text}': write frequency in Hz, amplitude in m and current in A, as 1:0.01:0.5")
     return frequency, amplitude, current
 

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
@@ -67,11 +68,16 @@ def sheet_of(
     found, compared = everything.of_units(lambda u: u != AGAINST), everything.of_units(lambda u: u == AGAINST)
     if not found.rows:
         reason = found.left_out[0][1] if found.left_out else "there is no log"
-        raise DataError(f"{reason}" + (f" (and {len(found.left_out) - 1} more)" if len(found.left_out) > 1 else ""))
+        more = len(found.left_out) - 1
+        raise DataError(
+            f"no test here gives a sheet, which needs steady cycles at a held current; {reason}"
+            + (f" (and {number_of('more reason', more)})" if more > 0 else "")
+        )
     names = list(dict.fromkeys(row.unit for row in found.rows))
     about = dict(settings.about)
     units = [_unit(name, found, limits, about) for name in names]
     changes, unmatched = _changes(found.rows, compared.rows) if against else ([], [])
+    nothing = ["no condition is in both: nothing is compared"] if against and not changes else []
     file = SheetFile(
         convention=(
             f"force positive where it resists positive velocity; {settings.rebound} velocity is rebound (extension); "
@@ -85,7 +91,7 @@ def sheet_of(
         stands_out=_stands_out(units),
         changes=changes,
         unmatched=unmatched,
-        left_out=[text for _, text in found.left_out + compared.left_out],
+        left_out=[*(text for _, text in found.left_out + compared.left_out), *nothing],
     )
     return SheetContent(file, found.loops, found.courses, compared.loops)
 

@@ -241,7 +241,9 @@ def _of_segment(test: RecordingTest, segment: Segment) -> MeasuredCondition | st
 
 def _measured(recording: Recording, segment: Segment, unit: str, settings: Settings) -> MeasuredCondition:
     if "current" in recording.channels and np.isnan(segment.current):
-        raise DataError("the current moves within the cycles: only the response to its steps is taken")
+        raise DataError(
+            "the current moves within the cycles, so that of these only the response to its steps is measured"
+        )
     cycles, findings = cycles_of(recording, segment, settings.skew), list[str]()
     if float(energy.work_of(cycles).values.mean()) < 0.0:
         cycles = cycles.negated()

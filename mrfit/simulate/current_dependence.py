@@ -37,7 +37,7 @@ PLAIN, LOG, SAT = "plain", "log", "sat"
 FORMS = (PLAIN, LOG, SAT)
 # Current of the knee of a law that saturates, as a share of the greatest current tested
 KNEE = 0.5
-# Share of the range of current within which a node counts as 0 A
+# Share of the range of current within which an end of it counts as 0 A
 NEAR_ZERO = 1e-4
 
 Order = int | str
@@ -129,7 +129,8 @@ class CurrentDependence:
         nodes = self.nodes(order).tolist()
         if exact:
             return [f"{i!r}A{end}" for i, end in zip(nodes, ends, strict=True)]
-        shown = [0.0 if abs(i) < NEAR_ZERO * (self.high - self.low) else i for i in nodes]
+        noise, ends_tested = NEAR_ZERO * (self.high - self.low), (self.low, self.high)
+        shown = [0.0 if i in ends_tested and abs(i) < noise else i for i in nodes]
         written = [[f"{i:.{digits}g}A{end}" for i, end in zip(shown, ends, strict=True)] for digits in range(4, 18)]
         return next((found for found in written if len(set(found)) == len(found)), written[-1])
 

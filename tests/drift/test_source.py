@@ -10,6 +10,7 @@ import pytest
 from pandas import DataFrame
 
 import mrfit
+from mrfit.drift import source
 from mrfit.drift.source import completed, read_table, read_values, values_of_table
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.ssv import NAMESPACE
@@ -49,8 +50,28 @@ def test_the_ends_of_the_force_are_those_of_the_units(batch: Path) -> None:
     assert [v.specimen for v in greatest] == ["unit0", "unit1", "unit2", "unit3"]
     for one, fy in zip(greatest, FORCES, strict=True):
         assert abs(one.value - (fy + 1200.0 * speed)) < 4.0 * np.sqrt(one.variance) + 1e-3 * fy
-    with pytest.raises(ConfigError, match="as 1:0.01:0.5"):
-        read_values([batch / "fleet"], Settings(at="2:0.01"))
+    assert {v.condition for v in greatest} == {"2 Hz, 0.01 m, 0 A"}
+
+
+@pytest.mark.parametrize(
+    ("where", "at", "said"),
+    [
+        ("fleet", "2:0.01", "as 1:0.01:0.5"),
+        ("fleet", "nan:0.01:0", "as 1:0.01:0.5"),
+        ("fleet", "2:inf:0", "as 1:0.01:0.5"),
+        ("fleet/batch.parquet", "2:0.01", "as 1:0.01:0.5"),
+        ("fleet/batch.parquet", "2:0.01:0", "give their workspaces"),
+    ],
+)
+def test_a_motion_that_is_wrong_or_of_a_table_is_one_line(batch: Path, where: str, at: str, said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        read_values([batch / where], Settings(at=at))
+
+
+def test_a_current_at_which_no_fit_is_made_is_one_line(batch: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source, "force_ends", lambda fit, result, at: ())
+    with pytest.raises(ConfigError, match="no fit is of tests at 7 A"):
+        read_values([batch / "fleet"], Settings(at="2:0.01:7"))
 
 
 def test_the_command_writes_its_files_and_prints_what_they_say(batch: Path) -> None:

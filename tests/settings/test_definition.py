@@ -185,6 +185,12 @@ def test_a_wrong_value_is_told_by_the_options_name(argument: str, message: str) 
     assert isinstance(error, ConfigError) and str(error) == message
 
 
+@pytest.mark.parametrize("number", [float("nan"), float("inf")])
+def test_a_number_that_is_not_finite_is_refused_without_limits_too(number: float) -> None:
+    assert Setting("s").refusal("--skew", number) == f"--skew takes a finite number, not {number:g}"
+    assert Setting("s").refusal("--skew", -1.5) == ""
+
+
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [

@@ -41,7 +41,7 @@ class Quantity(Entry):
 
     @property
     def absent(self) -> Collection[str]:
-        """What is said of offsets and of logarithms alone."""
+        """Names of what is said of offsets and of logarithms alone."""
         return [*(["added_to"] if self.added_to is None else []), *([] if self.logarithm else ["logarithm"])]
 
     def __post_init__(self) -> None:
