@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrfit.cli import project
+from mrfit.core.counting import few
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.io.schemas.fit import Fit
@@ -441,13 +442,16 @@ def _check_with_the_fits(config: PipelineFile, folder: Path, workspace: Workspac
     if config.sheet and config.sheet.against:
         _expand(config.sheet.against, folder, "[sheet] against")
     made = {s.fit_name for s in config.fit}
+    if config.compare and config.compare.models:
+        compared = {config.compare.of_models.name_of(model) for model in config.compare.of_models.names}
+        # a fit made otherwise is not replaced by that of a comparison
+        made |= {*compared, *(f"{name}.compare" for name in compared & {*workspace.fit_names()})}
     there = sorted({*workspace.fit_names()} - made)
     asked = [("predict", t.fit) for t in config.predict] + [("export", t.fit) for t in config.export]
     for name, fit_name in [*asked, *(("figure", f) for t in config.figure for f in t.settings.fits)]:
-        # a comparison names its fits by its settings
-        if fit_name not in {*made, *there} and not config.compare:
+        if fit_name not in {*made, *there}:
             others = f", and {workspace.root} holds {', '.join(there)}" if there else ""
-            makes = ", ".join(sorted(made)) or "none"
+            makes = few(sorted(made)) or "none"
             raise ConfigError(f"[{name}] fit: '{fit_name}' is no fit of this file; it makes {makes}{others}")
 
 

@@ -50,7 +50,7 @@ def drawn_units(trends: Sequence[Trend], draws: int, seed: int) -> Array:
     common = [n for n in scores[0] if n not in odd and all(n in s for s in scores)]
     correlation = np.eye(len(trends))
     if len(common) > 2:
-        # a parameter that is the same in all units goes with no other
+        # a parameter that is the same in all units is correlated with no other
         with np.errstate(invalid="ignore"):
             seen = np.nan_to_num(np.atleast_2d(np.corrcoef([[s[n] for n in common] for s in scores])))
         np.fill_diagonal(seen, 1.0)

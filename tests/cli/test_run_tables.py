@@ -90,6 +90,10 @@ def test_a_wrong_table_is_refused_before_anything_is_done(table: str, message: s
         ('[figure]\nkind = "loops"\nfits = ["x"]', "figure.* 'x' is no fit of this file; it makes tanh.auto"),
         ('[export]\nfit = "tanh.auto"\nto = ["cc"]', "--to cc: no such format"),
         ('[export]\nfit = "x"\nto = ["c"]', "export.* 'x' is no fit of this file"),
+        (
+            '[compare]\nmodels = ["bingham"]\n[export]\nfit = "bingham.auto"\nto = ["c"]',
+            "'bingham.auto' is no fit of this file; it makes bingham.auto.all, tanh.auto",
+        ),
         ('[predict]\nfit = "tanh.auto"\nlogs = ["none/*.csv"]', "predict.*matches nothing"),
     ],
 )
