@@ -413,7 +413,7 @@ class Grid:
             self.panel(axes, one, CURVE_POINTS // (1 if len(page) <= 2 else 2 if len(page) <= 6 else 4))
             axes.locator_params(axis="x", nbins=5)
             nrmse = errors.get((one.condition, one.role))
-            axes.set_title(_heading(one, nrmse, TITLE_WIDTHS[columns]))
+            axes.set_title(_heading(one, self.fit.per, nrmse, TITLE_WIDTHS[columns]))
         canvas.supxlabel(across)
         canvas.supylabel(up)
         canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
@@ -435,9 +435,10 @@ def _grids(fit: Fit, series: Sequence[OutputSeries], draw: Panel, about: About) 
     return [Grid(fit, page, draw, about, number, len(pages)) for number, page in enumerate(pages, start=1)]
 
 
-def _heading(one: OutputSeries, nrmse: float | None, width: int) -> str:
+def _heading(one: OutputSeries, per: str, nrmse: float | None, width: int) -> str:
     """Return condition, role and NRMSE, on several lines where one is too narrow."""
-    rest = ("hold-out · " if one.role == "holdout" else "") + percent(nrmse)
+    held = "hold-out · " if per == "all" else "held-out part · "
+    rest = held * (one.role == "holdout") + percent(nrmse)
     line = f"{one.condition} · {rest}"
     return line if len(line) <= width else f"{fill(one.condition, width)}\n{rest}"
 

@@ -27,7 +27,8 @@ LOOP_DOTS = 96
 HISTORY_POINTS = 1500
 AXIS_LETTERS, SHORT = 8, 28
 """Characters of a panel's width that its numbers take, and fewer than which it has fewer of them."""
-HELD_OUT_SIGN = " (held out)"
+HELD_OUT_SIGN = {"all": " (held out)", "condition": " (held-out part)"}
+"""Said beside the error of what a fit did not see: whole tests, or a part of each."""
 MEASURED_ALONE = "#334155"
 """Colour of measured samples that several simulations share."""
 
@@ -121,7 +122,7 @@ def panels_of(drawn: Sequence[paper.FitSeries], overlay: str) -> list[tuple[str,
     found: dict[str, list[_Curve]] = {}
     for d in drawn:
         for s in d.series:
-            held = HELD_OUT_SIGN if s.role == "holdout" else ""
+            held = HELD_OUT_SIGN[d.fit.per] if s.role == "holdout" else ""
             error = f"{percent(errors.get((d.fit.name, s.condition, s.role)))}{held}"
             if overlay == "conditions":
                 title = ", ".join(filter(None, (fits[d.fit.name], families[s.condition])))
@@ -138,9 +139,11 @@ def panels_of(drawn: Sequence[paper.FitSeries], overlay: str) -> list[tuple[str,
 
 def _joined(errors: Sequence[str]) -> str:
     """Return errors that are all those of held-out data with these words once."""
-    if len(errors) > 1 and all(e.endswith(HELD_OUT_SIGN) for e in errors):
-        every = "both" if len(errors) == 2 else "all"
-        return f"{'; '.join(e.removesuffix(HELD_OUT_SIGN) for e in errors)} ({every} held out)"
+    for per, sign in HELD_OUT_SIGN.items():
+        if len(errors) > 1 and all(e.endswith(sign) for e in errors):
+            every = "both " if len(errors) == 2 else "all "
+            words = f"{every}held out" if per == "all" else "held-out parts"
+            return f"{'; '.join(e.removesuffix(sign) for e in errors)} ({words})"
     return "; ".join(errors)
 
 

@@ -116,7 +116,7 @@ def test_long_names_are_broken_not_overlapped(damper):
     names = [f"triangle-1.25Hz-0.02m-{k}.5A-25degC-repeat" for k in range(5)]
     many = [OutputSeries(n, f"{n}#0", "holdout", time, np.sin(time), np.sin(time), {}, 0.0) for n in names]
     figure = next(f for f in draw_all(drawings_of(fit, many)) if f.title == "Time history")
-    lines = [t for t in texts(figure.svg) if "triangle" in t or "hold-out" in t]
+    lines = [t for t in texts(figure.svg) if "triangle" in t or "hold-out" in t or "held-out" in t]
     assert len(lines) == 10 and max(len(t) for t in lines) <= 48
 
 
@@ -126,6 +126,7 @@ def test_titles_stay_within_the_figure(panels, tmp_path):
 
     heading = figures._heading(
         OutputSeries("sine-1.25Hz-0.0125m-0.75A-20degC-again", "s", "holdout", *[np.zeros(2)] * 3, {}),
+        "condition",
         0.01234,
         figures.TITLE_WIDTHS[figures.columns_of(panels)],
     )

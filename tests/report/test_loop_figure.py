@@ -15,7 +15,7 @@ from matplotlib.testing.compare import compare_images
 from mrfit.errors import DataError
 from mrfit.report import paper, paper_stage
 from mrfit.report.condition_names import differing_parts, spaced
-from mrfit.report.loop_figure import evenly_along, loops, panels_of
+from mrfit.report.loop_figure import _joined, evenly_along, loops, panels_of
 from mrfit.report.paper import FitSeries
 from mrfit.report.source import read_source
 from mrfit.report.svg import style
@@ -72,6 +72,21 @@ def test_fits_on_shared_axes_share_the_measured_samples(fits):
     assert len(canvas.axes) == 3 and legend(canvas) == ["measured", "bingham", "tanh"]
     assert all(len([one for one in axes.lines if one.get_marker() == "."]) == 1 for axes in canvas.axes)
     assert titles(canvas)[2].startswith("1.0 A:") and titles(canvas)[2].count("held out") == 1
+
+
+@pytest.mark.parametrize(
+    ("errors", "said"),
+    [
+        (("1 %", "2 % (held out)"), "1 %; 2 % (held out)"),
+        (("1 % (held out)", "2 % (held out)"), "1 %; 2 % (both held out)"),
+        (("1 % (held out)",) * 3, "1 %; 1 %; 1 % (all held out)"),
+        (("1 % (held-out part)", "2 % (held-out part)"), "1 %; 2 % (held-out parts)"),
+        (("1 % (held out)", "2 % (held-out part)"), "1 % (held out); 2 % (held-out part)"),
+        (("1 % (held out)",), "1 % (held out)"),
+    ],
+)
+def test_what_is_held_out_is_said_of_each_error_or_of_all(errors, said):
+    assert _joined(errors) == said
 
 
 def test_conditions_on_shared_axes_are_labelled_by_what_differs(fits):
