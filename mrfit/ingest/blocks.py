@@ -14,8 +14,8 @@ from mrfit.ingest import series
 from mrfit.ingest.hashes import Watch
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Block, Column, RejectedRows, Source, Table
-from mrfit.ingest.text.body import NUMBER_ROW, TAIL
-from mrfit.ingest.text.head import Head, plain_feeds
+from mrfit.ingest.text.body import NUMBER_ROW
+from mrfit.ingest.text.head import TAIL_BYTES, Head, plain_feeds
 from mrfit.ingest.text.textlog import check_rows
 from mrfit.io.atomic import accessing
 
@@ -47,7 +47,7 @@ def text_blocks(head: Head, size: int, watch: Watch) -> Iterator[Block]:
                     raise Refusal(head.path, f"no line end in {len(pending) // MIB} MB", "check what wrote it")
                 continue
             block = Block(pending[:end], line, not raw, before)
-            before = (before + block.data)[-TAIL:]
+            before = (before + block.data)[-TAIL_BYTES:]
             line += block.data.count(b"\n")
             pending = pending[end:]
             yield block

@@ -17,6 +17,7 @@ from mrfit.errors import MrfitError
 from mrfit.ingest.blocks import BlockTables, text_blocks
 from mrfit.ingest.build import LogOrigin, build
 from mrfit.ingest.containers.memory import out_of_memory, shown
+from mrfit.ingest.containers.runs import is_of_results
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.containers.subprocess_reader import read_in_subprocess
 from mrfit.ingest.dispatch import FALLBACK
@@ -72,9 +73,6 @@ class LogOutcome:
     recordings: tuple[Recording, ...]
     refusals: tuple[Refusal, ...]
 
-
-SUMMARY_ROWS, FEWEST_LOG_ROWS, SUMMARY_SHARE = 200, 20, 10.0
-"""Rows below which a table beside a log is none, without an interval and with one, and how much longer the log is."""
 
 MEMORY_FOR_A_BYTE = 6
 """Bytes of memory that reading one byte of a text log as a whole takes, at most."""
@@ -396,16 +394,10 @@ def _recordings(tables: Sequence[Table], item: LogItem) -> list[Recording]:
 
 def _without_summaries(tables: Sequence[Table]) -> tuple[list[Table], list[Finding]]:
     """Return tables without small ones that have no times beside a long one, as of peaks by cycle, and what is said."""
-    longest = max((t.rows for t in tables), default=0)
-    small = [t for t in tables if t.time is None and SUMMARY_SHARE * t.rows < longest and t.rows < _fewest_rows(t)]
+    small = [t for t in tables if is_of_results(t, max(tables, key=lambda other: other.rows))]
     said = []
     for table in small:
         names = few([repr(c.name) for c in table.columns], 3)
         text = f"a table of {number_of('row', table.rows)} without times ({names}) stands beside the log: not read"
         said.append(Finding("not-read", "", None, text))
     return [t for t in tables if all(t is not other for other in small)], said
-
-
-def _fewest_rows(table: Table) -> int:
-    """Return the rows from which on a table beside a log is one itself: more where nothing states an interval."""
-    return SUMMARY_ROWS if table.dt is None else FEWEST_LOG_ROWS

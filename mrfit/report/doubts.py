@@ -17,6 +17,7 @@ PHYSICAL = (
     "skew",
     "rate-differs",
     "rate-unclear",
+    "rate-assumed",
     "dropped-samples",
     "clipped",
     "dead",

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from mrfit.core.grouping import grouped
-from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, name_and_unit
+from mrfit.ingest.text.layout import is_recognised
 
 NAME_LISTS = frozenset(
     "channelnames channels labels label names colheaders columnnames columns colnames headers header signalnames "
@@ -44,7 +44,7 @@ def labels_of(signals: Sequence[str], lists: Mapping[str, Sequence[str]]) -> tup
         pandas = f"{base.removesuffix('_values')}_items"  # block0_items of block0_values
         for words, found in ((NAME_LISTS, names), (UNIT_LISTS, units)):
             near = [
-                (len(parent), sum(map(_is_known, texts)), texts)
+                (len(parent), sum(map(is_recognised, texts)), texts)
                 for key, texts in lists.items()
                 if len(texts) == len(members)
                 and (_word(key) in words or words is NAME_LISTS and key == pandas)
@@ -54,8 +54,3 @@ def labels_of(signals: Sequence[str], lists: Mapping[str, Sequence[str]]) -> tup
                 chosen = max(near, key=lambda item: item[:2])[2]
                 found.update((m, t) for m, t in zip(members, chosen, strict=True) if t)
     return names, units
-
-
-def _is_known(text: str) -> bool:
-    name, unit = name_and_unit(text)
-    return unit is not None or name.lower() in TIME_NAMES or bool(aliases_of(name))

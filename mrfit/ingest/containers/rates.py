@@ -190,7 +190,7 @@ def _statement(told: StatedNumber) -> _Statement | None:
         if match is None or match.end("number") < len(label):
             return None
         sort = "rival" if match["other"] or set(label.split()) - PLAIN_WORDS else "clear"
-        kind = "s" if match["span"] or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
+        kind = "s" if match["span"] is not None or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
     unit = (of_kind(written, kind) or of_kind(written, "s") if written else kind) or ""
     dt = interval(number, unit) if unit else np.nan
     of_other = words == ["rate"] and set(_words(told.within)[-1:]) - PLAIN_WORDS - WORDS_OF_HEADERS

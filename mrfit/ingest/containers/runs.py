@@ -26,8 +26,8 @@ UNITS_OF_CONDITIONS = {"frequency": "Hz", "amplitude": "m"} | {
 OF_FILE = " of the file"
 DEEPEST_TEST = 6
 """Groups in groups in which tests are looked for."""
-FEW_RESULTS, FAR_FEWER = 32, 10
-"""A table without times of so few rows, and so many times fewer than another has, is no log."""
+FEW_RESULTS, FEW_WITHOUT_RATE, FAR_FEWER = 32, 200, 10
+"""Most rows of a table of results, with and without the rate of the log beside it, and how many times more that has."""
 
 
 def split_in_tests(names: Sequence[str], lengths: Mapping[str, int]) -> dict[str, list[str]]:
@@ -97,8 +97,11 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
     return {key: values.pop() for key, values in found.items() if len(values) == 1}
 
 
-def _is_far_fewer(rows: int, most: int) -> bool:
-    return rows <= FEW_RESULTS and FAR_FEWER * rows <= most
+def is_of_results(table: Table, log: Table) -> bool:
+    """Whether a table beside a log is none, as of peaks by cycle: it has no times, no rate of its own, and few rows."""
+    few_rows = FEW_WITHOUT_RATE if table.dt is None else FEW_RESULTS
+    own_rate = table.dt is not None and table.dt != log.dt  # as of slow channels
+    return table.time is None and not own_rate and table.rows <= few_rows and FAR_FEWER * table.rows <= log.rows
 
 
 def _is_in_doubt(table: Table) -> bool:
@@ -113,9 +116,8 @@ def only_logs(tables: Sequence[Table], source: Source) -> list[Table]:
     logs: list[Table] = []
     clocked = [t for t in tables if t.time is not None or t.dt or source.rules.dt or _is_in_doubt(t)]
     longest = max(clocked, key=lambda t: t.rows, default=None)
-    if longest is not None:  # slow channels have few samples, and state their own rate
-        most = longest.rows
-        logs = [t for t in clocked if t.time is not None or t.dt != longest.dt or not _is_far_fewer(t.rows, most)]
+    if longest is not None:
+        logs = [t for t in clocked if not is_of_results(t, longest)]
     left = [t for t in tables if all(t is not log for log in logs)]
     if not logs or not left:
         return _told_apart(list(tables))

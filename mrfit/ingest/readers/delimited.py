@@ -11,13 +11,14 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.containers.rates import kind_of
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.factor_rows import factor_row
 from mrfit.ingest.meaning.stated_factors import with_stated_factors
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, Layout, number_pattern, split
+from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, Layout, lines_below, number_pattern, split
 from mrfit.ingest.text.decimal_comma import pairs_in, with_points
 from mrfit.ingest.text.head import Head, Text
 from mrfit.ingest.text.labelled_numbers import labels_of, without_labels
@@ -44,7 +45,6 @@ from mrfit.ingest.time.rate import interval, with_rate
 from mrfit.ingest.time.stamps import instants
 
 SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map", blocks=True)
-RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sample_rate")
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
 SPARSE = 0.05
@@ -196,7 +196,7 @@ def read_grid(
         table, kinds = sorted_out(table, form, body.texts, source), ["number"] * grid.width
     sparse, rate = _sparse(rows, header, kinds)
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
-    table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)
+    table = with_rate(table, [*head.lines[: grid.first], *lines_below(head)], grid.delimiter, shown)
     table = with_stated_factors(table, [line for line in head.lines[: grid.first] if line.strip() not in header.rows])
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
 
@@ -290,8 +290,8 @@ def _sparse(rows: list[list[str]], header: Header, kinds: list[str]) -> tuple[li
         if kind in ("number", "stamp") or not name:
             continue
         filled = [r[k] for r in rows if r[k] not in EMPTY_FIELDS]
-        if kind == "sparse" and name.lower() in RATE_NAMES and (value := positive(filled)):
-            rate = interval(value, header.units[k] or "Hz")
+        if kind == "sparse" and (what := kind_of(name)) and (value := positive(filled)):
+            rate = interval(value, header.units[k] or what)
             text = f"column '{name}' gives the sample rate, {1.0 / rate:g} Hz, and is no channel"
         else:
             what = f"is filled in {len(filled)} of {len(rows)} sampled rows" if kind != "text" else "holds text"

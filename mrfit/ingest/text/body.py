@@ -5,19 +5,18 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.ingest.table import Lines, RejectedRow
-from mrfit.ingest.text.head import Text, feeds
+from mrfit.ingest.text.head import TAIL_BYTES, Head, Text, feeds, last_lines
 from mrfit.ingest.text.printed import Digits, digits_of
 from mrfit.io.arrow import floats
 
 LINE_BY_LINE_BYTES = 8192
-TAIL = 16384
-"""Bytes at the end of a log by which its last number is judged."""
 BLANKS = "\x1f"  # stands for a run of blanks while pyarrow splits
 EMPTY_FIELDS = ("", " ", "  ")
 NUMBER_ROW = re.compile(rb'[\s,;|"]*[+-]?[.,]?\d')
@@ -95,7 +94,7 @@ def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: bytes = 
     """
     if not data or data[-1:] in b"\r\n \t\x1a":
         return False
-    tail = (before + data[-TAIL:])[-TAIL:]
+    tail = (before + data[-TAIL_BYTES:])[-TAIL_BYTES:]
     *above, last = tail.decode(encoding, errors="replace").split("\n")
     column = max(layout.use, default=0)
     fields = split(last, layout.delimiter)
@@ -105,7 +104,7 @@ def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: bytes = 
     if last.count('"') % 2:
         return True
     number = number_pattern(layout.decimal)
-    rows = [split(line, layout.delimiter) for line in above[len(tail) >= TAIL :]]
+    rows = [split(line, layout.delimiter) for line in above[len(tail) >= TAIL_BYTES :]]
     # a row of more fields, as with a stray comma for a point, is not printed like the others
     others = [r[column] for r in rows if column < len(r) <= layout.width and number.fullmatch(r[column])]
     if not others:
@@ -143,6 +142,12 @@ def read_body(data: Text, layout: Layout, encoding: str = "utf-8", line: int = 1
         [r for p in parts for r in p.refused],
         comments=[k for p in parts for k in p.comments],
     )
+
+
+def lines_below(head: Head) -> list[str]:
+    """Return the lines below the last row of numbers of a log."""
+    lines = head.lines if head.size <= len(head.raw) else last_lines(head)
+    return [*takewhile(lambda line: not NUMBER_ROW.match(line.encode()), reversed(lines))][::-1]
 
 
 def _offset(data: Text, skip: int) -> int:

@@ -13,6 +13,8 @@ from mrfit.ingest.refusal import Refusal
 
 Text = bytes | mmap.mmap
 HEAD_BYTES = 65536
+TAIL_BYTES = 16384
+"""Bytes at the end of a file by which its last lines and numbers are judged."""
 TEXT_CHUNK = 1 << 20
 FEED, RETURN = 10, 13
 SINGLE_BYTE = ["cp1252", "latin_1", "cp437", "cp850", "mac_roman"]
@@ -162,6 +164,15 @@ def decode(raw: bytes, encoding: str) -> str:
     """Return text with every kind of line end as a plain line feed; undecodable bytes become U+FFFD."""
     text = raw.decode(encoding, errors="replace").removeprefix("\ufeff")
     return re.sub("\r\r?\n|\r", "\n", text)
+
+
+def last_lines(head: Head) -> list[str]:
+    """Return whole lines at the end of a file that is longer than its head."""
+    if head.size <= len(head.raw) or head.encoding.startswith("utf-16"):
+        return []
+    with head.path.open("rb") as handle:
+        handle.seek(max(len(head.raw), head.size - TAIL_BYTES))
+        return handle.read().decode(head.encoding, errors="replace").splitlines()[1:]
 
 
 def body_bytes(head: Head) -> bytes:

@@ -51,8 +51,8 @@ DATE_NAMES = {
 """Names of columns that hold times where no other column does."""
 UNIT_FOLLOWS = r"^(?:(?:in|units?:?|einheit:?) +|units? ?= ?)"
 """What may stand before a unit in brackets."""
-RUN_NUMBER = re.compile(r"run *#?\d+", re.IGNORECASE)
-"""What may follow a name and its unit."""
+RUN_NUMBER = re.compile(r"run *#?\d+|@ *[\d.]+ *k?hz", re.IGNORECASE)
+"""What may follow a name and its unit: the number of a run, or a rate."""
 COUNTED_TIMES = {"millis": "ms", "micros": "us"}
 """Names of clocks in the programs of microcontrollers, which count them in these units."""
 MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<@–-]+"
@@ -237,7 +237,7 @@ def _header_of_rows(head: Head, grid: TextGrid, start: int, cells: list[tuple[in
     fitting = _up_to_names(fitting) if unit_row else fitting
     place, names = fitting[-1]
     between = [c for k, c in cells if place < k < first and c != unit_row and not all(map(SEPARATOR.fullmatch, c))]
-    if between and not any(_is_recognised(c) for c in names if c):
+    if between and not any(is_recognised(c) for c in names if c):
         return Header((), (), frozenset(rows), first)  # a line of settings further up
     rows.append(head.lines[place].strip())
     earlier = next(k for k, c in fitting if c == names)
@@ -294,7 +294,7 @@ def _without_labels(cells: list[str]) -> list[str]:
 
 def _up_to_names(fitting: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
     """Return lines up to the last with known names, where words that nobody knows stand between these and the units."""
-    known = [sum(map(_is_recognised, filter(None, c))) * is_name_row(c) for _, c in fitting]
+    known = [sum(map(is_recognised, filter(None, c))) * is_name_row(c) for _, c in fitting]
     named = [k for k, (n, (_, c)) in enumerate(zip(known, fitting, strict=True)) if 2 * n >= len(c)]
     return fitting[: named[-1] + 1] if named and not known[-1] else fitting
 
@@ -351,8 +351,8 @@ def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[st
         return False
     line, above = others[-1]
     if any(counted):
-        return line == place - 1 and (any(_is_recognised(c) for c in above) or all(units.known(c) for c in above))
-    if any(_is_recognised(c) for c in filled) or all(units.known(c) for c in filled):
+        return line == place - 1 and (any(is_recognised(c) for c in above) or all(units.known(c) for c in above))
+    if any(is_recognised(c) for c in filled) or all(units.known(c) for c in filled):
         return False  # a header given twice
     return times[tuple(cells)] > 1 and any(times[tuple(c)] == 1 for _, c in others)
 
@@ -362,7 +362,7 @@ def is_number(text: str) -> bool:
     return any(number_pattern(mark).fullmatch(text) for mark in ".,")
 
 
-def _is_recognised(cell: str) -> bool:
+def is_recognised(cell: str) -> bool:
     """Whether a cell is a known name, or a name with its unit."""
     name, unit = name_and_unit(cell)
     return unit is not None or len(name) > 1 and _is_alias(name)
@@ -428,9 +428,9 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     clocked = 2 * sum(known) >= len(filled) > 2  # a row of units may have words for the times
     # pulses/turn has a unit behind its stroke, but is no name
     for cell, is_unit in zip(filled, known, strict=True):
-        if _is_recognised(cell) and "/" not in cell and not is_unit and not (clocked and cell.lower() in TIME_NAMES):
+        if is_recognised(cell) and "/" not in cell and not is_unit and not (clocked and cell.lower() in TIME_NAMES):
             return False
-    named = sum(map(_is_recognised, above))
+    named = sum(map(is_recognised, above))
     wholly = 2 * named >= len(above) and not any(name_and_unit(c)[1] for c in above)
     return 2 * sum(known) >= len(filled) or any(known) and named > 0 or wholly
 
@@ -444,7 +444,7 @@ def are_units(cells: list[str]) -> bool:
     """Whether cells are units, and can stand above names: half of them known, none a name."""
     filled = [c for c in cells if c]
     known = [units.known(c) for c in filled]
-    return 2 * sum(known) > len(filled) and all(k or not _is_recognised(c) for c, k in zip(filled, known, strict=True))
+    return 2 * sum(known) > len(filled) and all(k or not is_recognised(c) for c, k in zip(filled, known, strict=True))
 
 
 def is_name(cell: str) -> bool:

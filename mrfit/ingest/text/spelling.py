@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from mrfit.core.recording import Finding
 from mrfit.ingest.table import Source
 from mrfit.ingest.text.body import split
-from mrfit.ingest.text.head import Head, Text
+from mrfit.ingest.text.head import Text, last_lines
 from mrfit.ingest.text.textlog import rewritten
 from mrfit.ingest.text.written_times import FIELD_BEGIN, FIELD_END, written_times
 
@@ -29,9 +29,7 @@ NEGATIVE = re.compile(rf"({FIELD_BEGIN})(?:\((\d+[.,]\d+|\d\d+)\)|(\d+(?:[.,]\d+
 QUOTED_DECIMAL = re.compile(r'(?m:^|(?<=,))"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)"(?m:(?=[,\r]|$))')
 """A number in quotation marks, with a decimal comma, between fields that commas part."""
 SPELLING_LINES, REFUTING_LINES = 400, 20
-TAIL = 16384
-"""Lines at the beginning by which it is seen how numbers are spelt, few of them by which most marks are refuted, and
-bytes at the end."""
+"""Lines at the beginning by which it is seen how numbers are spelt, and few of them by which most marks are refuted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +57,7 @@ class Thousands:
 def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]:
     """Return a log with its numbers as programs write them, its text if that was changed, and what is said of it."""
     lines = source.head.lines
-    sample = [*lines[:SPELLING_LINES], *_large_between(lines), *lines[-SPELLING_LINES:], *_last_lines(source.head)]
+    sample = [*lines[:SPELLING_LINES], *_large_between(lines), *lines[-SPELLING_LINES:], *last_lines(source.head)[:-1]]
     changes: list[Callable[[str], str]] = []
     said: list[Finding] = []
     together = "\n".join(sample)
@@ -115,15 +113,6 @@ def _large_between(lines: Sequence[str]) -> list[str]:
     """Return lines between the first and the last with a number that a mark may part: a force seldom reaches 1000."""
     found = [line for line in lines[SPELLING_LINES:-SPELLING_LINES] if LARGE_NUMBER.search(line)]
     return found[:: 1 + len(found) // SPELLING_LINES]
-
-
-def _last_lines(head: Head) -> list[str]:
-    """Return lines at the end of a file that is longer than its head."""
-    if head.size <= len(head.raw) or head.encoding.startswith("utf-16"):
-        return []
-    with head.path.open("rb") as handle:
-        handle.seek(max(len(head.raw), head.size - TAIL))
-        return handle.read().decode(head.encoding, errors="replace").splitlines()[1:-1]
 
 
 def _thousands(lines: Sequence[str]) -> list[Thousands]:

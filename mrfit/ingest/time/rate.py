@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 from mrfit.core.recording import Finding
@@ -10,50 +11,68 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Table
-from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.text.body import split
+from mrfit.ingest.text.layout import COMMENTS, name_and_unit
 
-SAMPLES_EACH_SECOND = r"[km]?(?:sps|sa/s|s/s|(?:samples|scans)(?:/| per )s(?:ec(?:onds?)?)?)"
-EACH_SECOND = rf"(?:{SAMPLES_EACH_SECOND}|/s)"
-_SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+ ?(?:[km]?hz|{EACH_SECOND})", r"\W*[\d.,e+-]+ ?[muµn]?s\b"
+NUMBER = r"(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*"
+SAMPLES = r"(?:samples?|scans?|readings?|(?:mess)?werte)"
+SAMPLES_EACH_SECOND = rf"[km]?(?:sps|sa/s|s/s|{SAMPLES} ?(?:/|per|pro) ?(?:s(?:ec(?:onds?|\.)?)?|min(?:ute)?)\b)"
+EACH_SECOND = rf"(?:{SAMPLES_EACH_SECOND}|1?/s)"
+SECONDS = r"[muµn]?s(?:ec(?:onds?)?)?"
+_NEXT = r"(?<![\w.,])(?="
+"""Where a number begins that comes before the words for what it is."""
+_SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+[\s,;]*(?:[km]?hz|{EACH_SECOND})", rf"\W*[\d.,e+-]+[\s,;]*{SECONDS}\b"
 WORDED_LABEL = (
     r"(?:(?:sampl(?:e|ing)|acquisition|scan|daq)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|(?<!auto)(?<!auto[-_ ])sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)"
     r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])"
 )
 """Of a rate or an interval, as its last word says."""
+OF_SAMPLING = (
+    rf"(?:sampling|sampled at|(?:{SAMPLES}|sampled|logging|logged|recorded) every|(?:ab)?tast[a-z]*|messrate"
+    r"|campionamento|[ée]chantillonnage|muestreo|amostragem|дискретизации|采样|サンプリング)"
+)
+"""Words beside which a number with its unit is a rate or an interval, as the unit says."""
 RATE_LABELS = (
     r"samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b",
     r"(?:abtast|mess)(?:rate|frequenz)",
     r"采样(?:频率|率)|サンプリング(?:周波数|レート)|частота дискретизации",
     r"fr[ée]quence d.?[ée]chantillonnage|frecuencia de muestreo|frequenza di campionamento|frequ[êe]ncia de amostragem",
-    rf"(?:sampling|sampled at)(?={_SOME_HZ})",
-    r"(?<!\w)(?:fs(?=\W*[\d.,e+]+ ?[km]?hz)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
+    rf"{OF_SAMPLING}(?={_SOME_HZ})",
+    rf"(?<!\w)(?:f_?s(?={_SOME_HZ}|\W*[km]?hz\W*\d)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
     rf"(?<!\w)rate(?=\W*[\d.,e+]+ ?{SAMPLES_EACH_SECOND})",
+    rf"{_NEXT}{NUMBER} ?{SAMPLES_EACH_SECOND})",
+    rf"{_NEXT}{NUMBER} ?[km]?hz (?:sampl(?:e|ing)|acquisition|scan|daq)\b(?!\D{{0,12}}\d))",
 )
 SPAN_LABELS = (
     rf"(?<!\w)(?:dt|Δt|delta[ _]?t)(?={_SOME_S}|\W*(?:0?[.,]\d+$|[\d.,]+e-\d+))",
-    rf"(?<!\w)ts(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx:[\t;]|^\W*hresolution",
+    rf"(?<!\w)(?:ts|dx)(?= *[:=]{_SOME_S})|^\W*clock(?= *[:=]{_SOME_S})|^dx:[\t;]|^\W*hresolution",
     rf"^\W*(?:time )?intervall?(?=\W*[muµn]?s\W|{_SOME_S})",
-    rf"(?:logging|logged|sampled|recorded) every(?={_SOME_S})",
+    rf"{OF_SAMPLING}(?={_SOME_S})",
     r"abtast(?:intervall|zeit|periode)|time per (?:point|sample)|storage cycle",
     r"采样(?:间隔|周期)|サンプリング(?:間隔|周期)|период дискретизации",
     r"p[ée]riode d.?[ée]chantillonnage|per[ií]odo de muestreo|periodo di campionamento",
+    rf"{_NEXT}{NUMBER} ?{SECONDS}(?:/| per ){SAMPLES}\b)",
 )
+ASSUMED_LABELS = r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)|@(?= ?[\d.,]+ ?[km]?hz\b)"
+"""Words for a rate that may be the one of a test, too."""
 STATED_RATE = re.compile(
-    rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)}))[^0-9+-]*?)"
-    r"\+?(?P<number>(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(?P<power>e[+-]?\d+)?"
-    rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
+    rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)})"
+    rf"|(?P<assumed>{ASSUMED_LABELS}))[^0-9+-]*?)\+?(?P<number>{NUMBER})(?P<power>e[+-]?\d+)?"
+    rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|{SECONDS}(?:/| per ){SAMPLES}|[a-zµ/]*)"
+    r"[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
 )
 """Label with its word, number, power of ten, the unit behind it, and what stands in the next field."""
 SPAN_WORDS = ("interval", "period", "time")
 OTHERWISE = re.compile(
-    r"\b(?:max\w*|min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
+    r"\b(?:max\w*|(?<!/)min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
     r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
     r"|between|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
     r"|filter\w*|cut-?off|bandwidth"
     r"|valve|actuator|pump|motor|pid|regulator"
-    r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*)\b",
+    r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*"
+    r"|previous|earlier|low-?pass)\b",
     re.IGNORECASE,
 )
 """Words beside a rate that need not be the rate of the rows."""
@@ -63,6 +82,8 @@ ROUGHEST = 0.02
 """Rates that differ by more are two, however few digits they have."""
 LONG_PERIOD = 0.5
 """Period or time in s from which a header may mean the length of a record."""
+SLOWEST_ASSUMED = 50.0
+"""Rate in Hz from which a bare one is none of a test: dampers are moved more slowly, and sampled faster."""
 LONG_BARE = 1.0
 """Interval in s above which a number without a unit may mean ms or kHz."""
 DECIMATION = re.compile(
@@ -131,8 +152,10 @@ def stated_interval(
     """
     clear: list[Statement] = []
     rivals: list[Statement] = []
+    assumed: list[Statement] = []
     doubtful: list[str] = []
     lines = [line[:LONGEST_LINE] for line in lines]
+    lines += _stacked(lines, delimiter)
     for line in lines:
         for match in STATED_RATE.finditer(line):
             found = _statement(match, delimiter, decimal)
@@ -144,8 +167,13 @@ def stated_interval(
                 rivals.append(found)
             elif OTHERWISE.search(_around(match)) or _is_duration(match, found) or found.is_bare_and_long:
                 doubtful.append(found.text)
+            elif match["assumed"]:
+                assumed += [found] * (found.interval <= 1.0 / SLOWEST_ASSUMED)
             else:
                 clear.append(found)
+    if not (clear or rivals or doubtful) and len({a.interval for a in assumed}) == 1:
+        text = f"the header's '{assumed[0].text}' is taken as the rate of the rows; a channel map can say another"
+        return assumed[0].interval, (Finding("rate-assumed", "", None, text),)
     if not clear:
         said = doubtful + [r.text for r in rivals]
         return None, (_unclear(f"the header's '{said[0]}' may not be the rate of the rows"),) if said else ()
@@ -157,6 +185,13 @@ def stated_interval(
     return min(clear, key=lambda s: s.open).interval, ()
 
 
+def _stacked(lines: Sequence[str], delimiter: str) -> list[str]:
+    """Return as single statements what a small table says, as ``Samples,Rate`` above ``800,500 Hz``."""
+    cells = [split(line.lstrip(COMMENTS), delimiter) for line in lines]
+    pairs = [zip(a, b, strict=True) for a, b in pairwise(cells) if len(a) == len(b) > 1]
+    return [f"{n}: {v}" for pair in pairs for n, v in pair if n and v[:1].isdigit() and not n[:1].isdigit()]
+
+
 def _unclear(text: str) -> Finding:
     return Finding("rate-unclear", "", None, f"{text}: not used")
 
@@ -164,7 +199,8 @@ def _unclear(text: str) -> Finding:
 def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
     """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
     label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
-    text, kind = match[0].strip(" ,;\t"), "s" if match["span"] or (word or "").lower() in SPAN_WORDS else "Hz"
+    kind = "s" if match["span"] is not None or (word or "").lower() in SPAN_WORDS else "Hz"
+    text = match.string[match.start() : match.end("behind" if behind else "beside")].strip(" ,;\t")
     written = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
     if written is None:
         return None
@@ -189,7 +225,7 @@ def _around(match: re.Match[str]) -> str:
 def _is_duration(match: re.Match[str], found: Statement) -> bool:
     """Whether a time or a period is so long that it may be the length of the record, or of something else."""
     return (
-        (match["word"] or "").lower() in ("time", "period") or bool(match["span"])
+        (match["word"] or "").lower() in ("time", "period") or match["span"] is not None
     ) and found.interval >= LONG_PERIOD
 
 
@@ -209,6 +245,8 @@ def rate_missing(path: Path | str, names: Sequence[str], unclear: str = "") -> R
 def with_rate(table: Table, lines: Sequence[str], delimiter: str = ",", decimal: str = ".") -> Table:
     """Return a table with the interval that its header states, if it states one."""
     dt, findings = stated_interval(lines, delimiter, decimal)
+    if table.time is not None and any(f.kind == "rate-assumed" for f in findings):
+        return table  # the times say it
     return replace(table, dt=dt, findings=(*table.findings, *findings))
 
 
@@ -229,7 +267,8 @@ def _unit(behind: str, before: str | None, beside: str, kind: str) -> str | None
 def of_kind(text: str, kind: str) -> str | None:
     """Return a unit of a rate (Hz) or an interval (s) as it can be converted, ``kS/s`` as kHz; None if it is none."""
     each = re.fullmatch(EACH_SECOND, text, re.IGNORECASE) if kind == "Hz" else None
-    unit = f"{text[0] if text[0] in 'kM' else ''}Hz" if each else text
+    unit = f"{text[0] if text[0] in 'kM' else ''}Hz" if each else re.sub(rf"(?:/| per ){SAMPLES}$", "", text)
+    unit = "1/min" if each and "min" in text.lower() else unit
     return unit if unit and units.compatible(unit, kind) else None
 
 

@@ -36,6 +36,7 @@ def _head(tmp_path: Path, text: str) -> Head:
         ("Force (kN, tension positive)", "Force tension positive", "kN"),
         ("Weg (Einheit: mm)", "Weg", "mm"),
         ("Position (m) Run #1", "Position", "m"),
+        ("Position (m) @500 Hz", "Position", "m"),
         ("('Force', 'kN')", "Force", "kN"),
         ("Force (mean, raw)", "Force", "mean, raw"),
         ("Force (kN, N)", "Force", "kN, N"),

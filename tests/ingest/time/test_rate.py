@@ -47,7 +47,34 @@ from tests.ingest.conftest import ReadLog
         ("FS = 10 kN", None),  # full scale
         ("FS: 10", None),
         ("Rate: 0.5 kSa/s", 2e-3),
-        ("Rate: 500 Hz", None),  # of a test
+        ("Rate: 2 Hz", None),  # of a test
+        ("Sine test, rate: 500 Hz", None),
+        ("500 SPS", 2e-3),
+        ("500 S/s per channel", 2e-3),
+        ("Acquired at 500 samples/s", 2e-3),
+        ("30000 samples/min", 2e-3),
+        ("Messrate: 500 Werte/s", 2e-3),
+        ("Abtastrate 500 1/s", 2e-3),
+        ("500 Hz sampling rate", 2e-3),
+        ("500 Hz sine", None),
+        ("500 Hz sampling filter: 100 Hz", None),
+        ("fs [Hz] = 500", 2e-3),
+        ("f_s [Hz] = 500", 2e-3),
+        ("fs;0,5;kHz", 2e-3),
+        ("dt = 0.002 sec", 2e-3),
+        ("dt\t0.002\tsec", 2e-3),
+        ("dx = 0.002 s", 2e-3),
+        ("dx = 0.002 mm", None),
+        ("Sampling,2ms", 2e-3),
+        ("Sampling: 500 points per revolution", None),
+        ("Passo di campionamento;0,002;s", 2e-3),
+        ("Tastperiode: 2 ms", 2e-3),
+        ("2 msec/sample", 2e-3),
+        ("2 ms/div", None),
+        ("one sample every 2 ms", 2e-3),
+        ("Frame rate of the camera: 240 Hz", None),
+        ("Baud rate: 115200", None),
+        ("Ramp rate: 500 mm/s", None),
         ("Strain rate: 0.1 1/s", None),
         ("Samples per second: 500", 2e-3),
         ("Abtastrate [kHz]: 0.5", 2e-3),
@@ -181,6 +208,10 @@ def test_a_column_that_holds_the_rate_may_have_a_unit(read_log: ReadLog) -> None
         ("Sampling rate (all channels): 1000 Hz", None),
         ("Sample rate: 1000 Hz multiplexed over 2 channels", None),
         ("Sample rate: 500 Hz\nResampling: none", 500.0),
+        ("Samples,Sample rate,Mode\n800,500,Finite", 500.0),
+        ("Sample rate: 500 Hz\nRate: 100 Hz", 500.0),
+        ("Previous file used a 1000 Hz sampling rate; this one differs", None),
+        ("500 samples/s\nSample rate: 1 kHz", None),
     ],
 )
 def test_a_rate_is_believed_where_nothing_speaks_against_it(header: str, rate: float | None) -> None:
@@ -210,3 +241,26 @@ def test_the_times_decide_over_a_doubtful_rate_and_without_them_it_is_asked_for(
 def test_only_the_beginning_of_a_long_line_states_a_rate() -> None:
     assert stated_interval(["Sampling rate: 500 Hz" + ", 0" * 5000]) == (pytest.approx(2e-3), ())
     assert stated_interval(["0, " * 5000 + "Sampling rate: 500 Hz"]) == (None, ())
+
+
+@pytest.mark.parametrize(
+    ("header", "rate"),
+    [
+        ("Rate: 500 Hz", 500.0),
+        ("Force (N) @500Hz,Stroke (mm) @500Hz", 500.0),
+        ("Samples,Rate,Mode\n800,500 Hz,Finite", 500.0),
+        ("Force (N) @500Hz,Stroke (mm) @250Hz", None),
+        ("12 mm @ 2 Hz", None),
+    ],
+)
+def test_a_rate_that_may_be_that_of_a_test_is_taken_where_it_is_high_and_said(header: str, rate: float | None) -> None:
+    found, findings = stated_interval(header.split("\n"))
+    assert found == (rate and pytest.approx(1.0 / rate))
+    assert [f.kind for f in findings] == ["rate-assumed"] * bool(rate)
+
+
+def test_a_rate_below_the_rows_is_read_and_one_that_is_assumed_only_where_no_times_are(read_log: ReadLog) -> None:
+    (record,) = read_log(f"Stroke (mm)\tForce (N)\n{ROWS}\nSample rate: 500 Hz\nOperator: KL\n")
+    assert record.dt == pytest.approx(2e-3)
+    (record,) = read_log(f"Rate: 500 Hz\nTime (ms)\tForce (N)\n{ROWS}")
+    assert record.dt == pytest.approx(1e-3) and "rate-assumed" not in {f.kind for f in record.findings}
