@@ -301,7 +301,8 @@ def _is_long(module: Reader, source: Source, block: int) -> bool:
     if isinstance(module, ReadsRows):
         rows, columns = module.extent(source)
         return bool(8 * rows * columns > BLOCKS_IN_MEMORY * block)
-    return module.SPEC.blocks and bool(source.head.encoding) and source.head.size > BLOCKS_IN_MEMORY * block
+    text = bool(source.head.encoding) and source.head.unpacked is None
+    return module.SPEC.blocks and text and source.head.size > BLOCKS_IN_MEMORY * block
 
 
 def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator[tuple[Source, list[Table]]]:

@@ -18,6 +18,7 @@ PHYSICAL = (
     "rate-differs",
     "rate-unclear",
     "rate-assumed",
+    "units-contradict",
     "dropped-samples",
     "clipped",
     "dead",

@@ -100,7 +100,7 @@ def conditions_in(scalars: Mapping[str, float], written: Mapping[str, str]) -> d
 def is_of_results(table: Table, log: Table) -> bool:
     """Whether a table beside a log is none, as of peaks by cycle: it has no times, no rate of its own, and few rows."""
     few_rows = FEW_WITHOUT_RATE if table.dt is None else FEW_RESULTS
-    own_rate = table.dt is not None and table.dt != log.dt  # as of slow channels
+    own_rate = table.dt is not None and log.dt not in (None, table.dt)  # as of slow channels
     return table.time is None and not own_rate and table.rows <= few_rows and FAR_FEWER * table.rows <= log.rows
 
 

@@ -29,8 +29,8 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "valley amplitude rms std offset tare zero predicted expected simulated simulation model modelled modeled "
     "preload setp sp nominal noise friction residual residuum ripple leakage "
     "lateral radial transverse transversal gap spalt luftspalt clearance thickness wear seitlich seitenkraft "
-    "querkraft latéral lateralkraft spring clamp clamping grip inertia vorspannkraft vorspannung spool diameter length "
-    "level".split()
+    "querkraft latéral lateralkraft spring clamp clamping grip inertia cooling vorspannkraft vorspannung spool "
+    "diameter length level".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 OF_SENSORS = frozenset(
@@ -159,6 +159,13 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
     too_cold = name == "temperature" and lowest < COLDEST
     if size <= LARGEST[name] and not too_cold:
         return column
+    if column.name.isupper() and column.unit.startswith("M"):  # all is in capital letters
+        small = f"m{column.unit[1:]}"
+        text = f"'{column.name}' in '{column.unit}': taken as {small}; a channel map can say another"
+        findings.append(Finding("unit-assumed", name, None, text))
+        shouted = replace(column, unit=small)
+        claims[id(shouted)] = claims.pop(id(column))
+        return shouted
     reached = lowest if too_cold else size
     del claims[id(column)]
     text = (
@@ -315,8 +322,7 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
         return [(3, n) for n in named]
     spoken = _spoken(column, possible)
     if _is_no_coils(column):
-        spoken = [n for n in spoken if n != "current"]
-        possible = [n for n in possible if n != "current"]
+        spoken, possible = ([n for n in among if n not in ("current", "voltage")] for among in (spoken, possible))
     if spoken or exact and len(column.name.strip()) > 2:
         return [(2, n) for n in spoken]
     # of channels in one unit the others are called by their names
@@ -385,7 +391,8 @@ def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) 
             continue
         if units.spelled(column.unit) == "mA" or units.compatible(column.unit, "rad/s"):
             continue
-        if not any(units.compatible(column.unit, unit_of(w)) for w in words):
+        others = [c for c in columns if c is not column and {*words} & {n for _, n in _candidates(c)}]
+        if not others and not any(units.compatible(column.unit, unit_of(w)) for w in words):
             raise Refusal(
                 path,
                 f"column '{column.name}' is in '{column.unit}', which is no unit of {words[0]}",

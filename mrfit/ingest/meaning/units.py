@@ -60,7 +60,7 @@ SPELLINGS = {
 UNIT_SIGNS = str.maketrans(
     {
         **{"\u03bc": "u", "\u00b5": "u", "·": "*", "\u22c5": "*", "\u03a9": "ohm", "\u2126": "ohm"},
-        **{"²": "^2", "³": "^3", "¹": "^1", "⁻": "^-"},
+        **{"Â": "", "²": "^2", "³": "^3", "¹": "^1", "⁻": "^-"},
     }
 )
 CASE_SENSITIVE = {
@@ -124,6 +124,7 @@ def _registry() -> Any:
 
     registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
     # pint's own gauss and oersted are of the CGS system, and no part of a tesla or of A/m
+    registry.define("windows_tick = 1e-7 second")
     registry.define("flux_gauss = 1e-4 tesla")
     registry.define("field_oersted = 1000 / (4 * pi) * ampere / meter")
     return registry
@@ -140,7 +141,7 @@ def spelled(text: str) -> str:
         bare = "/".join(_in_small_letters(part) for part in bare.split("/"))
     elif UNITS_IN_FULL.fullmatch(bare):
         bare = bare.lower()
-    bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", bare)  # m/s2
+    bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", re.sub("/S$", "/s", bare))  # m/s2
     return SPELLINGS.get(bare.lower(), bare)
 
 

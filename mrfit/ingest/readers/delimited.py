@@ -21,9 +21,10 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, Layout, lines_below, number_pattern, split
 from mrfit.ingest.text.decimal_comma import pairs_in, with_points
 from mrfit.ingest.text.head import Head, Text
-from mrfit.ingest.text.labelled_numbers import labels_of, without_labels
+from mrfit.ingest.text.labelled_numbers import labels_of, units_behind, without_labels, without_units
 from mrfit.ingest.text.layout import (
     CLOCK,
+    CLOCK_OWNERS,
     COMMENTS,
     DATE_NAMES,
     SAMPLE_LINES,
@@ -34,19 +35,25 @@ from mrfit.ingest.text.layout import (
     find_grid,
     find_header,
     name_and_unit,
+    one_unit,
+    words_of,
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
 from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.stated_names import with_stated_names
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
-from mrfit.ingest.time.clock_parts import is_below_seconds, with_clock_parts
+from mrfit.ingest.time.clock_parts import are_seconds_beside, is_below_seconds, with_clock_parts
+from mrfit.ingest.time.clocks import is_called_clock
+from mrfit.ingest.time.epoch import counted_since
 from mrfit.ingest.time.rate import interval, with_rate
-from mrfit.ingest.time.stamps import instants
+from mrfit.ingest.time.stamps import since_first
 
 SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map", blocks=True)
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
+OF_COMPUTER = re.compile(r"\b(?:pc|host|computer|system|received|laptop)(?![a-z])", re.IGNORECASE)
+"""Words of times at which a computer received the rows, which go by another clock."""
 SPARSE = 0.05
 NUMBERED_ROWS = 0.95
 """Least share of the first rows that a column must number to be no channel."""
@@ -72,6 +79,8 @@ def read(source: Source) -> list[Table]:
         said.append(Finding("decimal-comma", "", None, text))
     if labels := labels_of(source.head.lines):
         source, data = without_labels(source, labels, data)
+    if united := units_behind(source.head.lines):
+        source, data = without_units(source, [*united.values()], data)
     grid = find_grid(source.head)
     factors = factor_row(source, grid)
     if factors is not None:
@@ -89,6 +98,8 @@ def read(source: Source) -> list[Table]:
     if not header.names:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
+    written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
+    header = replace(header, units=written)
     beside = () if source.rules.where or factors else tests_beside(header)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"
@@ -171,6 +182,8 @@ def read_grid(
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
     time = _time_column(source, grid, header, numeric, stamps)
+    received = _received(header, time, [*numeric, *stamps])
+    numeric = [k for k in numeric if k not in received]
     blank = tuple(k for k, kind in enumerate(kinds) if kind == "empty" and not header.names[k])
     texts = (time,) if time is not None and time in stamps else ()
     comment = "" if head.lines[grid.first].strip()[:1] in COMMENTS else COMMENTS
@@ -195,6 +208,10 @@ def read_grid(
     if form:
         table, kinds = sorted_out(table, form, body.texts, source), ["number"] * grid.width
     sparse, rate = _sparse(rows, header, kinds)
+    if received:
+        shown = ", ".join(f"'{header.names[k]}'" for k in received)
+        text = f"{shown} goes by the computer's clock: the device's own times, '{header.names[time or 0]}', are taken"
+        sparse.append(Finding("two-clocks", "", None, text))
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
     table = with_rate(table, [*head.lines[: grid.first], *lines_below(head)], grid.delimiter, shown)
     table = with_stated_factors(table, [line for line in head.lines[: grid.first] if line.strip() not in header.rows])
@@ -245,18 +262,32 @@ def _time_column(
         raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")
     timed = [k for k in numeric if header.units[k] is not None and units.compatible(header.units[k] or "", "s")]
     timed = [k for k in timed if not (stamps and is_below_seconds(header.names[k]))]
-    named = [k for k in numeric if header.names[k].strip().lower() in TIME_NAMES]
+    timed = [k for k in timed if not OF_COMPUTER.search(header.names[k])] or timed
+    leaves = [(n.rpartition(".")[2] or n).strip().lower() for n in header.names]
+    named = [k for k in numeric if leaves[k] in TIME_NAMES or are_seconds_beside(leaves[k], leaves)]
     named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
         return axis
     dated = [k for k in numeric if header.names[k].strip().lower() in DATE_NAMES]
     begins = [k for k in numeric if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
     worded = [k for k in begins if k in timed]
-    rising = [k for k in begins if header.units[k] is None and _rises_evenly(source.head, grid, k)]
-    for choice in (named, worded, timed, stamps, dated, rising):
+    even = [k for k in numeric if header.units[k] is None and _rises_evenly(source.head, grid, k)]
+    rising = [k for k in even if k in begins]
+    firsts = _sample_rows(source.head, grid)[0] if even else []
+    counting = [k for k in even if counted_since(float(firsts[k].replace(grid.decimal, ".")))[0]]
+    for choice in (named, worded, timed, stamps, dated, rising, counting):
         if len(choice) == 1 or (choice and choice is not timed):
             return choice[0]
     return None
+
+
+def _received(header: Header, time: int | None, others: Sequence[int]) -> list[int]:
+    """Return the columns of a computer's times beside those of the device that took the rows."""
+    if time is None or OF_COMPUTER.search(header.names[time]):
+        return []
+    own = bool(CLOCK_OWNERS & set(words_of(header.names[time])))
+    clocks = [k for k in others if k != time and is_called_clock(header.names[k], header.units[k])]
+    return [k for k in clocks if own or OF_COMPUTER.search(header.names[k])]
 
 
 def _scope_axis(head: Head, header: Header, numeric: Sequence[int]) -> int | None:
@@ -269,16 +300,13 @@ def _scope_axis(head: Head, header: Header, numeric: Sequence[int]) -> int | Non
 def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: Source) -> Table:
     """Turn time stamps, or times of day, into seconds from the first one."""
     try:
-        stamps = instants(texts, source.carry)
+        seconds = since_first(texts, source.carry)
     except ValueError as error:
         what = f"column '{name}' holds no time stamps throughout ({error})"
         raise Refusal(source.head.path, what, "export it again") from None
-    valid = stamps[~np.isnat(stamps)]
-    if not len(valid) and source.block is None:
+    if source.block is None and np.isnan(seconds).all():
         raise Refusal(source.head.path, f"column '{name}' holds no time stamp", "export it again")
-    first = source.carry.setdefault("first stamp", valid[0]) if len(valid) else stamps.dtype.type(0, "ns")
-    seconds = (stamps - first) / np.timedelta64(1, "ns") / 1e9
-    return replace(table, time=Column(name, "s", np.asarray(seconds, dtype=np.float64), index))
+    return replace(table, time=Column(name, "s", seconds, index))
 
 
 def _sparse(rows: list[list[str]], header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:

@@ -25,9 +25,10 @@ from mrfit.ingest.containers.runs import history_of, only_logs
 from mrfit.ingest.readers.parquet import log_time
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import Header, name_and_unit, name_and_units
+from mrfit.ingest.text.head import Head, body_bytes
+from mrfit.ingest.text.layout import CLOCK, STAMP, Header, name_and_unit, name_and_units
 from mrfit.ingest.text.long_format import long_format, sorted_out
+from mrfit.ingest.time.stamps import since_first
 
 SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with data; dt and units beside them")
 BEGINS = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{])")
@@ -92,7 +93,7 @@ class _RunArrays:
 def _document(source: Source) -> Any:
     """Return the whole file; lines that are each an object are a list of records."""
     head = source.head
-    text = head.path.read_bytes().decode(head.encoding, errors="replace")
+    text = body_bytes(head).decode(head.body_encoding, errors="replace")
     try:
         return json.loads(text)
     except RecursionError:
@@ -136,7 +137,12 @@ def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
 
 
 def _by_name(content: Any) -> Any:
-    """Return a list of channels, each an object with its name and a list of numbers, as an object of channels."""
+    """Return a list of channels, each an object with its name and numbers, as an object of channels.
+
+    Of records by their number, as pandas writes them, return the list.
+    """
+    if isinstance(content, dict) and len(content) > 1 and all(map(str.isdigit, content)):
+        return list(content.values())
     if not isinstance(content, list) or not all(isinstance(one, dict) for one in content):
         return content
     named = {
@@ -206,6 +212,8 @@ def _flat(record: Mapping[str, Any], deepest: int) -> dict[str, Any] | None:
     """Return a record whose objects are numbers with units, or hold more of the record; None where it holds lists."""
     flat: dict[str, Any] = {}
     for name, value in record.items():
+        if isinstance(value, dict) and value.keys() == {"v", "u"}:
+            value = {"value": value["v"], "unit": value["u"]}
         if isinstance(value, list) or isinstance(value, dict) and not deepest:
             return None
         if not isinstance(value, dict):
@@ -288,6 +296,14 @@ def _by_channel(table: Table, found: _RunArrays, source: Source) -> Table:
     return sorted_out(table, form, {k: found.words[places[k]] for k in form.texts}, source)
 
 
+def _stamps(words: Mapping[str, list[str]]) -> Column | None:
+    """Return the column of texts that are dates or times of day, as seconds from the first; None without one."""
+    for place, (name, texts) in enumerate(words.items()):
+        if all(STAMP.fullmatch(text) or CLOCK.fullmatch(text) for text in texts):
+            return Column(name, "s", since_first(texts, {}), -1 - place)
+    return None
+
+
 def _table(found: _RunArrays, source: Source) -> Table:
     path, lengths = source.head.path, {name: len(values) for name, values in found.columns.items()}
     if len({*lengths.values()}) > 1:
@@ -302,7 +318,7 @@ def _table(found: _RunArrays, source: Source) -> Table:
         stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", "")) for n in named]
         name, unit = name_and_units(title, next(filter(None, stated), None))
         columns.append(Column(name, unit, values, place))
-    time = log_time(columns, source.rules.time)
+    time = log_time(columns, source.rules.time) or _stamps(found.words)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
     table = _by_channel(table, found, source) if found.words else table

@@ -25,7 +25,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, name_and_units
 from mrfit.ingest.text.long_format import MOST_CHANNELS, LongFormat, long_format, sorted_out
 from mrfit.ingest.time.clocks import is_clock
-from mrfit.ingest.time.epoch import unit_since_1970
+from mrfit.ingest.time.epoch import counted_since
 from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
@@ -294,7 +294,7 @@ def _counted_time(column: Any, unit: str | None, carry: dict[str, Any], place: i
     if key not in carry:
         known = column.drop_null()
         first = known[0].as_py() if len(known) else 0
-        named = unit_since_1970(first)
+        named = counted_since(first)[0]
         if len(known):
             carry[key] = unit or named, bool(named and not unit) or abs(first) > EXACT_WHOLE
     found, since = carry.get(key, (unit, False))

@@ -1,8 +1,12 @@
 """The first 64 KiB of a file: its encoding and lines, by which readers know their own."""
 
 import codecs
+import gzip
+import html
+import io
 import mmap
 import re
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,10 +24,23 @@ FEED, RETURN = 10, 13
 SINGLE_BYTE = ["cp1252", "latin_1", "cp437", "cp850", "mac_roman"]
 OTHER_LETTERS, CYRILLIC = ("gb18030", "shift_jis", "euc_kr", "cp1251"), "\u0400"
 """Encodings of Chinese, Japanese, Korean and Russian programs, and the first of their letters."""
+GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 28
+"""How a gzip archive begins, and the most bytes of a file that is rewritten in memory before it is read."""
+WIDE_MARKS = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
+PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)
+"""How a page begins, as a program saves a table and calls it a spreadsheet."""
+PAGE_MARKS = (
+    (r"(?is)<(style|script|title)\b.*?</\1>|[\r\n\t]+", " "),
+    (r"(?i)</tr\s*>", "\n"),
+    (r"(?i)</t[dh]\s*>", "\t"),
+    (r"<[^<>]*>", ""),
+    (r"[\t ]+(?=\n)|(?<=\n) +", ""),
+)
+"""Marks of a page and what stands for them in text."""
 CONTAINERS = (
     (b"PK\x03\x04", "a ZIP, XLSX or ODS file", "export the sheet as CSV, or unpack the archive"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file", "export the sheet as CSV"),
-    (b"\x1f\x8b", "a gzip archive", "unpack it first"),
+    (GZIP, "a gzip archive", "unpack it first"),
     (b"%PDF", "a PDF", "ingest the log itself"),
     (b"\x89PNG", "a picture", "ingest the log itself"),
 )
@@ -45,6 +62,9 @@ class Head:
         Text encoding, or the empty string of a binary file.
     lines
         Complete decoded lines of ``raw``; empty for a binary file.
+    unpacked
+        Its text, where it is another file's content: of an archive, or of a table in a page; its size and ``raw`` are
+        those of the text.
     """
 
     path: Path
@@ -52,6 +72,7 @@ class Head:
     raw: bytes
     encoding: str
     lines: tuple[str, ...]
+    unpacked: bytes | None = None
 
     @property
     def body_encoding(self) -> str:
@@ -65,7 +86,7 @@ class Head:
 
 
 def open_head(path: Path) -> Head:
-    """Return the beginning of a file.
+    """Return the beginning of a file, or of the text in it.
 
     Raises
     ------
@@ -80,13 +101,44 @@ def open_head(path: Path) -> Head:
         raise Refusal(path, "no such file", "check the path and its spelling") from None
     except OSError as error:
         raise Refusal(path, f"cannot be opened ({error.strerror or error})", "check its permissions") from None
+    unpacked = _unpacked(path, raw, size)
+    if unpacked is not None:
+        raw, size = unpacked[:HEAD_BYTES], len(unpacked)
     _check_content(path, raw)
     encoding = encoding_of(raw)
     text = decode(raw, encoding) if encoding else ""
     lines = text.replace("\0", "").split("\n")  # of the body, lines with a NUL byte are refused
     if size > len(raw) and len(lines) > 1:
         lines.pop()  # cut off at 64 KiB
-    return Head(path, size, raw, encoding, tuple(lines) if encoding else ())
+    return Head(path, size, raw, encoding, tuple(lines) if encoding else (), unpacked)
+
+
+def _unpacked(path: Path, raw: bytes, size: int) -> bytes | None:
+    """Return the text in an archive or a page, or of letters of four bytes; None of another file.
+
+    Raises
+    ------
+    Refusal
+        If it is too long, or an archive is damaged or holds no text.
+    """
+    page = PAGE.match(raw)
+    if not (page or raw.startswith((GZIP, *WIDE_MARKS))):
+        return None
+    try:
+        with gzip.open(path) if raw.startswith(GZIP) else path.open("rb") as handle:
+            data = handle.read(MOST_UNPACKED + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise Refusal(path, f"a gzip archive that is damaged ({error})", "copy it again") from None
+    if len(data) > MOST_UNPACKED:
+        raise Refusal(path, f"it holds more than {MOST_UNPACKED >> 20} MiB of text", "write its rows as plain text")
+    if raw.startswith(GZIP):
+        if not encoding_of(data[:HEAD_BYTES]) or data.startswith(tuple(magic for magic, _, _ in CONTAINERS)):
+            raise Refusal(path, "a gzip archive, which holds no text", "unpack it first")
+        return data
+    text = data.decode("utf-32" if not page else encoding_of(raw) or "utf-8", errors="replace")
+    for marks, plain in PAGE_MARKS if page else ():
+        text = re.sub(marks, plain, text)
+    return (html.unescape(text) if page else text).encode()
 
 
 def _check_content(path: Path, raw: bytes) -> None:
@@ -170,7 +222,7 @@ def last_lines(head: Head) -> list[str]:
     """Return whole lines at the end of a file that is longer than its head."""
     if head.size <= len(head.raw) or head.encoding.startswith("utf-16"):
         return []
-    with head.path.open("rb") as handle:
+    with head.path.open("rb") if head.unpacked is None else io.BytesIO(head.unpacked) as handle:
         handle.seek(max(len(head.raw), head.size - TAIL_BYTES))
         return handle.read().decode(head.encoding, errors="replace").splitlines()[1:]
 
@@ -180,7 +232,7 @@ def body_bytes(head: Head) -> bytes:
 
     Line numbers agree with ``head.lines``.
     """
-    data = head.path.read_bytes()
+    data = head.path.read_bytes() if head.unpacked is None else head.unpacked
     if head.encoding.startswith("utf-16"):
         return decode(data, head.encoding).encode()
     return plain_feeds(data.removeprefix(codecs.BOM_UTF8))
@@ -195,7 +247,7 @@ def plain_feeds(data: bytes) -> bytes:
 
 def body_view(head: Head) -> Text:
     """Return the same without a copy where the file needs no rewriting, which is 20 ms for every 40 MB."""
-    if head.encoding.startswith("utf-16") or head.raw.startswith(codecs.BOM_UTF8):
+    if head.unpacked is not None or head.encoding.startswith("utf-16") or head.raw.startswith(codecs.BOM_UTF8):
         return body_bytes(head)
     with head.path.open("rb") as handle:
         data = mmap.mmap(handle.fileno(), 0, access=mmap.ACCESS_READ)

@@ -1,16 +1,24 @@
-"""Rows in which every number has a label before it, as ``pos_mm:1.2,load_N:300`` of a microcontroller's serial port."""
+"""Rows in which numbers have labels or units, as ``pos_mm:1.2,load_N:300`` of a serial port, and ``1.2 mm;300 N``."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
+from mrfit.ingest.meaning import units
 from mrfit.ingest.table import Source
+from mrfit.ingest.text.body import NUMBER_ROW, split
 from mrfit.ingest.text.head import Text
 from mrfit.ingest.text.layout import SAMPLE_LINES
 from mrfit.ingest.text.textlog import rewritten
+from mrfit.ingest.text.written_times import FIELD_BEGIN, FIELD_END
 
 LABEL = re.compile(r"(?:^|(?<=[,;\t ]))([^\W\d][\w.\[\]()/]{0,39}) {0,2}[:=] {0,2}(?=[+-]?[.,]?\d)")
+UNITED = re.compile(
+    rf"({FIELD_BEGIN}[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?) ?([^\W\d][^\s,;|\"]*|[°%µ][^\s,;|\"]*){FIELD_END}"
+)
+"""A number with its unit, in a field."""
 MOST_ROWS = 0.9
-"""Share of the sampled lines that have the same labels."""
+"""Share of the sampled lines that have the same labels or units."""
 
 
 def labels_of(lines: Sequence[str]) -> list[str]:
@@ -30,3 +38,31 @@ def without_labels(source: Source, labels: Sequence[str], data: Text | None) -> 
 
     lines = map(plain, source.head.lines)
     return rewritten(source, lines, lambda text: "\n".join(map(plain, text.split("\n"))), data)
+
+
+def units_behind(lines: Sequence[str]) -> dict[int, str]:
+    """Return the units that nearly all of the last lines have behind their numbers, by the place of the column."""
+    sample = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
+    mark = next((m for m in "\t;|," if sum(m in line for line in sample) >= MOST_ROWS * len(sample)), "\t")
+    found = Counter(
+        (place, match[2])
+        for line in sample
+        for place, cell in enumerate(split(line, mark))
+        if (match := UNITED.fullmatch(cell))
+    )
+    most = MOST_ROWS * len(sample)
+    return {place: unit for (place, unit), number in found.items() if number >= most and _is_measured(unit)}
+
+
+def _is_measured(unit: str) -> bool:
+    """Whether a text is a unit of a channel or of times."""
+    return units.known(unit) and (units.compatible(unit, "s") or bool(units.channels_of(unit)))
+
+
+def without_units(source: Source, found: Sequence[str], data: Text | None) -> tuple[Source, Text]:
+    """Return a log, and its text, without these units behind the numbers of its rows."""
+
+    def plain(line: str) -> str:
+        return UNITED.sub(lambda m: m[1] if m[2] in found else m[0], line) if NUMBER_ROW.match(line.encode()) else line
+
+    return rewritten(source, map(plain, source.head.lines), lambda text: "\n".join(map(plain, text.split("\n"))), data)

@@ -13,7 +13,7 @@ from mrfit.ingest.text.head import Head
 FIELD_DELIMITERS = ("\t", ";", ",", "|", "")
 COMMENTS = "#%!"
 SAMPLE_LINES = 200
-_CLOCK = r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+|:\d{3})?)(?: ?([AaPp])\.?[Mm]\.?)?"
+_CLOCK = r"(\d{1,2}):([0-5]?\d):([0-5]?\d(?:[.,]\d+|:\d{3})?)(?: ?([AaPp])\.?[Mm]\.?)?"
 CLOCK = re.compile(_CLOCK)
 ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 MONTHS = (
@@ -34,11 +34,25 @@ OVERLOAD = re.compile(
 """What instruments and spreadsheets print in place of a number, and is no name."""
 MARK = re.compile(rf"{OVERLOAD.pattern}|ERR|ERROR|OPEN|FAULT|INVALID|BAD|\*{{2,}}|#{{3,}}|\?+", re.IGNORECASE)
 """What may be printed so."""
-SEPARATOR = re.compile(r"[-=_+]{3,}")
+SEPARATOR = re.compile(r":?[-=_+]{3,}:?")
 TOA5_ROWS = (1, 2)
 """Lines (from 0) of the names and of the units in a Campbell logger's table."""
 TIME_NAMES = {
-    *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
+    *(
+        "time",
+        "t",
+        "zeit",
+        "tiempo",
+        "temps",
+        "tempo",
+        "sec",
+        "secs",
+        "second",
+        "seconds",
+        "timestamp",
+        "elapsed time",
+        "tout",
+    ),
     *("elapsed_time", "running_time", "test_time", "time_stamp", "relative_time", "total_time"),
     *("время", "时间", "時間", "시간"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
@@ -49,6 +63,8 @@ DATE_NAMES = {
     "absolute time",
 }
 """Names of columns that hold times where no other column does."""
+CLOCK_OWNERS = {"device", "dev", "mcu", "board", "arduino", "esp32", "teensy", "daq", "plc", "controller"}
+"""Words for what has a clock of its own, and rows are taken by it."""
 UNIT_FOLLOWS = r"^(?:(?:in|units?:?|einheit:?) +|units? ?= ?)"
 """What may stand before a unit in brackets."""
 RUN_NUMBER = re.compile(r"run *#?\d+|@ *[\d.]+ *k?hz", re.IGNORECASE)
@@ -59,7 +75,8 @@ MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<@–-]+"
 """What may stand between a name and its unit."""
 LONGEST_HEADER_CELL = 300
 """Letters of a cell that may be a name with its unit; a longer one is a text, or hostile."""
-FULL_WIDTH = str.maketrans("（）［］：＝", "()[]:=")
+FULL_WIDTH = {0xFEE0 + k: chr(k) for k in range(0x21, 0x7F)}
+"""Letters and marks as wide as Chinese ones."""
 NAME_LABELS = {
     *("name", "names", "signal", "signals", "signal name", "signalname", "channel name", "channel names"),
     *("channelname", "channeltitle", "channel title", "tracename", "trace name", "kanal", "kanalname", "bezeichnung"),
@@ -214,7 +231,7 @@ def find_header(head: Head, grid: TextGrid, start: int = 0) -> Header:
 def _header_of_rows(head: Head, grid: TextGrid, start: int, cells: list[tuple[int, list[str]]]) -> Header:
     """Return the header of a row of names and one of units."""
     cells = [(k, plain) for k, c in cells if (plain := _without_labels(c))]
-    fitting = [(k, c) for k, c in cells if _covers(c, grid) and not all(SEPARATOR.fullmatch(f) for f in c)]
+    fitting = [(k, c) for k, c in cells if _covers(c, grid) and not all(SEPARATOR.fullmatch(f) for f in c if f)]
     fitting = [(k, c) for k, c in fitting if all(f.count("(") == f.count(")") for f in c)]  # else it is a note
     first = grid.first
     times = Counter(tuple(c) for _, c in fitting)
@@ -499,12 +516,14 @@ def name_and_units(cell: str, stated: str | None) -> tuple[str, str | None]:
     within, inner = name_and_unit(name) if unit is not None else (name, None)
     if unit and inner and units.known(inner) and not units.known(unit):
         name, unit = f"{within} {unit}", inner  # Force (kN) [filtered]
-    return name, _one_unit(stated, _one_unit(unit, inner))
+    return name, one_unit(stated, one_unit(unit, inner))
 
 
-def _one_unit(first: str | None, second: str | None) -> str | None:
-    if first and second and units.known(first) and units.known(second) and units.contradict(first, second):
-        return f"{second} or {first}"
+def one_unit(first: str | None, second: str | None, alike: bool = False) -> str | None:
+    """Return the first unit of two that may be stated, or both where they contradict: also in kind, if ``alike``."""
+    if first and second and units.known(first) and units.known(second):
+        if units.contradict(first, second) or alike and not units.compatible(first, units.spelled(second)):
+            return f"{second} or {first}"
     return first if first is not None else second
 
 
@@ -516,7 +535,7 @@ def _parted(text: str) -> tuple[str, str] | None:
         cut = [(text[: m.start()].rstrip("/ "), text[m.end() :]) for m in re.finditer(MARKS_BEFORE_A_UNIT, text)]
     for whole, unit in reversed(cut):
         name = whole if _is_alias(whole) else re.sub(r"[.\s-]+", " ", whole)
-        named = _is_alias(name) or re.split(r"[\s_]+", name.lower())[0] in TIME_NAMES - {"t"}
+        named = _is_alias(name) or re.split(r"[\s_]+", name.lower())[0] in (TIME_NAMES | CLOCK_OWNERS) - {"t"}
         if named and not unit.isdigit() and units.known(unit) and _belongs(name, unit):
             return name, unit
     return None

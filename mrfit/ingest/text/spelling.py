@@ -13,12 +13,14 @@ from mrfit.ingest.table import Source
 from mrfit.ingest.text.body import split
 from mrfit.ingest.text.head import Text, last_lines
 from mrfit.ingest.text.textlog import rewritten
+from mrfit.ingest.text.wrappings import unwrapped
 from mrfit.ingest.text.written_times import FIELD_BEGIN, FIELD_END, written_times
 
 MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+|\d+(?=[dD][+-])))[dD]([+-]?\d{1,3})(?![\w.])")
 FORTRAN_MARK = re.compile(r"[dD][+-]?\d")
 """What each of these holds, which is found sooner."""
+TENFOLD = re.compile(r"(?<=\d) ?[×xX*·] ?10\^([+-]?\d+)" + FIELD_END)
 SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
 """Marks that part thousands and nothing else."""
 SPELT = re.compile(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
@@ -57,8 +59,11 @@ class Thousands:
 def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]:
     """Return a log with its numbers as programs write them, its text if that was changed, and what is said of it."""
     lines = source.head.lines
+    wrapped = list(unwrapped(lines))
+    for change in wrapped:
+        lines = tuple(change("\n".join(lines)).split("\n"))
     sample = [*lines[:SPELLING_LINES], *_large_between(lines), *lines[-SPELLING_LINES:], *last_lines(source.head)[:-1]]
-    changes: list[Callable[[str], str]] = []
+    changes: list[Callable[[str], str]] = wrapped
     said: list[Finding] = []
     together = "\n".join(sample)
     if MINUS.search(together):
@@ -67,6 +72,8 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
         changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
     if NEGATIVE.search(together):
         changes.append(lambda text: NEGATIVE.sub(r"\1-\2\3", text))
+    if TENFOLD.search(together):
+        changes.append(lambda text: TENFOLD.sub(r"e\1", text))
     changes += written_times(together)
     for thousands in _thousands(sample):
         changes.append(thousands.without)
@@ -87,7 +94,7 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
             text = change(text)
         return text
 
-    return *rewritten(source, map(changed, source.head.lines), changed), said
+    return *rewritten(source, changed("\n".join(source.head.lines)).split("\n"), changed), said
 
 
 def _has_quoted_decimals(text: str) -> bool:

@@ -31,9 +31,16 @@ def with_stated_names(head: Head, grid: TextGrid, header: Header) -> tuple[Heade
         if NUMBERED_COLUMN.fullmatch(name) and (title := _title(name, lines, grid.delimiter)):
             names[k], unit = name_and_unit(title[0])
             written[k] = written[k] or unit or title[1]
-    stated = {k: u for k, n in enumerate(names) if written[k] is None and (u := _stated_unit(n, lines))}
-    text = ", ".join(f"'{names[k]}' in {unit}" for k, unit in stated.items())
-    said = [Finding("unit-stated", "", None, f"units as a line of the header states them: {text}")] if stated else []
+    stated = {k: u for k, n in enumerate(names) if (u := _stated_unit(n, lines))}
+    other = {k: u for k, u in stated.items() if (own := written[k]) and units.known(own) and units.contradict(own, u)}
+    stated = {k: u for k, u in stated.items() if written[k] is None}
+    said = []
+    for found, kind, told in (
+        (stated, "unit-stated", "units as a line of the header states them"),
+        (other, "units-contradict", "units of the columns are taken, though a line of the header states others"),
+    ):
+        if text := ", ".join(f"'{names[k]}' in {unit}" for k, unit in found.items()):
+            said.append(Finding(kind, "", None, f"{told}: {text}"))
     units_of = tuple(stated.get(k, unit) for k, unit in enumerate(written))
     return replace(header, names=tuple(names), units=units_of), said
 

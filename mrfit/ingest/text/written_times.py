@@ -39,13 +39,12 @@ TIME_FORMS = (
     _form(rf"(?:{DAY_NAME})?({MONTH})\.? +(\d\d?),? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\2-\1-\3 \4"),
     _form(rf"(?:{DAY_NAME})?(\d\d?)\.? +({MONTH})\.?,? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\1-\2-\3 \4"),
     _form(rf"(\d{{4}})年(\d\d?)月(\d\d?)日 ?(\d\d?)[时時点](\d\d?)分{SECONDS_TEXT}秒", "年", r"\1/\2/\3 \4:\5:\6"),
-    _form(rf"(\d\d?) ?h ?(\d\d?) ?m(?:in)? ?{SECONDS_TEXT} ?s", "h", r"\1:\2:\3"),
+    _form(r"(\d\d?) ?h ?(\d\d?) ?m(?:in)? ?([0-5]?\d(?:[.,]\d+)?) ?s", "h", r"\1:\2:\3"),
     _form(rf"\d+ days? {CLOCK_TEXT}", "day", r"\1"),
+    _form(r"PT(\d+(?:\.\d+)?)S", "PT", r"\1"),
     _form(rf"(?:\d{{4}}-)?[0-3]\d\d[T:/ ]{CLOCK_TEXT}", ":", r"\1"),
     _form(r"([0-5]?\d:[0-5]\d[.,]\d+)", ":", r"00:\1"),
     _form(rf"[\['](\d[\dT:./ -]*:{SECONDS_TEXT})\]?", ":", r"\1"),
-    # at the beginning of a row: elsewhere a number with its unit may be a statement of the header
-    WrittenTime(re.compile(rf'(?m:^)("? *\d+(?:[.,]\d+)?) ?(?:s|secs?|seconds?){FIELD_END}'), "s", r"\1"),
 )
 
 

@@ -1,6 +1,7 @@
 """A clock whose parts stand in columns of their own: hours, minutes and seconds, or seconds and what is below them."""
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -60,11 +61,16 @@ def _parts(table: Table) -> dict[int, float]:
     above = {k: p for k, p in found.items() if p[0] > 1.0} if np.nanmax(times) < CLOCK_PARTS[1][1] else {}
     # minutes alone may be anything; beside hours they are of the clock, though a block may lie within one
     whole_clock = len({scale for scale, _ in above.values()}) == len(CLOCK_PARTS[:2])
-    above = above if whole_clock else {}
     chosen = {**below, **above}
-    whole = times + sum((scale * c.values for scale, c in chosen.values()), np.zeros(1))
-    better = (bool(above) or _rising(whole) > _rising(times)) and _rising(whole) >= RISING_SHARE
+    if not whole_clock and _rising(_added(times, chosen)) <= _rising(_added(times, below)):
+        chosen = below
+    whole = _added(times, chosen)
+    better = (whole_clock or _rising(whole) > _rising(times)) and _rising(whole) >= RISING_SHARE
     return {k: scale for k, (scale, _) in chosen.items()} if better else {}
+
+
+def _added(times: Array, parts: Mapping[int, tuple[float, Column]]) -> Array:
+    return times + sum((scale * c.values for scale, c in parts.values()), np.zeros(1))
 
 
 def is_below_seconds(name: str) -> bool:
@@ -72,8 +78,14 @@ def is_below_seconds(name: str) -> bool:
     return any(re.fullmatch(pattern, _plain(name)) for scale, _, pattern in CLOCK_PARTS if scale < 1.0)
 
 
+def are_seconds_beside(name: str, others: Iterable[str]) -> bool:
+    """Whether a column called ``s`` is the seconds of a clock, since another is called as its hours or minutes."""
+    words = [pattern for scale, _, pattern in CLOCK_PARTS if scale > 1.0]
+    return _plain(name) == "s" and any(re.fullmatch(word, _plain(other)) for word in words for other in others)
+
+
 def _plain(name: str) -> str:
-    return re.sub(r"[ _-]+", " ", name.strip().lower())
+    return re.sub(r"[ _-]+", " ", (name.rpartition(".")[2] or name).strip().lower())
 
 
 def _is_part(column: Column, name: str, most: float) -> bool:

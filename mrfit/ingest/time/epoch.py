@@ -17,6 +17,9 @@ SINCE_1970: Mapping[str, float] = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 """Units in which computers count time since 1970, per second."""
 EPOCH_SECONDS = (0.3e9, 4.1e9)
 """Seconds since 1970 of the years 1979 to 2099."""
+TICK_UNIT = "windows_tick"
+TICKS = {" since the year 1 (100 ns)": (6.3e17, 6.6e17), " since 1601 (100 ns)": (1.2e17, 1.5e17)}
+"""Counts of 100 ns of this century, as .NET and Windows files have them."""
 DAYS = {"as spreadsheets count them": (20000.0, 80000.0), "as MATLAB counts them": (700000.0, 780000.0)}
 """Numbers of days of this century."""
 SHORTEST_DAY = 2e-5
@@ -84,20 +87,18 @@ def _first(values: Array) -> float:
     return next(found, 0.0)
 
 
-def unit_since_1970(first: float) -> str | None:
-    """Return the unit of a count of time since 1970 that begins at ``first``; None where it is none, or in s."""
-    named = [
-        u
-        for u, per_second in SINCE_1970.items()
-        if EPOCH_SECONDS[0] * per_second <= first < EPOCH_SECONDS[1] * per_second
-    ]
-    return named[0] if named else None
+def counted_since(first: float) -> tuple[str, str]:
+    """Return unit and date of a count of times that begins at a number; empty where it is none, or in s since 1970."""
+    ticks = [(TICK_UNIT, since) for since, (low, high) in TICKS.items() if low <= first < high]
+    (low, high), since = EPOCH_SECONDS, " since 1970"
+    return [*ticks, *((u, since) for u, each in SINCE_1970.items() if low * each <= first < high * each), ("", "")][0]
 
 
 def _guessed(values: Array, first: float, stated: float | None) -> tuple[str, str]:
     """Return the unit that numbers without one show, and by what or since when they count."""
-    if unit := unit_since_1970(first):
-        return unit, " since 1970, and given from its first value"
+    unit, since = counted_since(first)
+    if unit:
+        return unit, f"{since}, and given from its first value"
     some = values[0 : series.SERIES_CHUNK]
     steps = np.diff(some[np.isfinite(some)])
     step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0

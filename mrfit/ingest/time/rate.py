@@ -66,8 +66,8 @@ STATED_RATE = re.compile(
 """Label with its word, number, power of ten, the unit behind it, and what stands in the next field."""
 SPAN_WORDS = ("interval", "period", "time")
 OTHERWISE = re.compile(
-    r"\b(?:max\w*|(?<!/)min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
-    r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
+    r"\b(?:max\w*|(?<!/)min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh"
+    r"|plot|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
     r"|between|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
     r"|filter\w*|cut-?off|bandwidth"
     r"|valve|actuator|pump|motor|pid|regulator"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array
 from mrfit.ingest.text.layout import CLOCK, DATED, ISO, MONTHS
 
 OFFSET = re.compile(r"([+-]\d\d):?(\d\d)")
@@ -34,6 +35,20 @@ def instants(texts: Sequence[str], carry: dict[str, Any]) -> NDArray[Any]:
     stamps = np.array([t[: a.start()] if a else t for t, a in zip(bare, ahead, strict=True)], dtype="datetime64[ns]")
     minutes = [int(a[1]) * 60 + int(a[1][0] + a[2]) if a else 0 for a in ahead]
     return np.asarray(stamps - np.array(minutes, dtype="timedelta64[m]"))
+
+
+def since_first(texts: Sequence[str], carry: dict[str, Any]) -> Array:
+    """Return time stamps, or times of day, as seconds from the first one, which ``carry`` keeps for the next block.
+
+    Raises
+    ------
+    ValueError
+        If a text is neither.
+    """
+    stamps = instants(texts, carry)
+    valid = stamps[~np.isnat(stamps)]
+    first = carry.setdefault("first stamp", valid[0]) if len(valid) else stamps.dtype.type(0, "ns")
+    return np.asarray((stamps - first) / np.timedelta64(1, "ns") / 1e9, dtype=np.float64)
 
 
 def _time_of_day(hour: str, minute: str, second: str, half: str | None) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrfit.ingest.containers.arrays import Arrays, tables_of
-from mrfit.ingest.containers.runs import conditions_in, in_order, only_logs, split_in_tests
+from mrfit.ingest.containers.runs import conditions_in, in_order, is_of_results, only_logs, split_in_tests
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules, TimeRule
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
@@ -129,3 +129,20 @@ def test_tables_that_cannot_be_logs_are_left_out_beside_those_that_can(tables: l
     logs = only_logs(tables, _source())
     assert [t.rows for t in logs] == rows
     assert ("not-read" in {f.kind for f in logs[0].findings}) == (len(rows) < len(tables))
+
+
+@pytest.mark.parametrize(
+    ("rows", "dt", "of_log", "results"),
+    [
+        (15, 0.1, 0.002, False),  # a slow channel, with a rate of its own
+        (15, 0.002, 0.002, True),
+        (15, 0.002, None, True),  # the log has times
+        (60, 0.002, 0.002, False),
+        (60, None, 0.002, True),
+        (201, None, 0.002, False),
+    ],
+)
+def test_a_small_table_beside_a_log(rows: int, dt: float | None, of_log: float | None, results: bool) -> None:
+    table, log = (Table((), np.arange(1, n + 1), dt=interval) for n, interval in ((rows, dt), (3000, of_log)))
+    assert is_of_results(table, log) is results
+    assert not is_of_results(log, log)

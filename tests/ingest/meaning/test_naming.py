@@ -208,6 +208,8 @@ def test_a_demand_alone_is_said() -> None:
         ([("AI3", "mA")], ["current"]),  # from 0 to 3 mA
         ([("Motor current", "A"), ("Trigger", "V")], ["motor_current", "trigger"]),
         ([("Current", "A"), ("Battery", "V")], ["current", "battery"]),
+        ([("Battery current", "A"), ("Supply voltage", "V")], ["battery_current", "supply_voltage"]),
+        ([("Cooling air velocity", "m/s"), ("Velocity", "mm/s")], ["cooling_air_velocity", "velocity"]),
         ([("Load current", "mA")], ["current"]),
     ],
 )
@@ -336,3 +338,17 @@ def test_a_speed_of_a_motor_is_no_velocity_and_refuses_nothing() -> None:
     columns = _columns(("Speed", "rpm"), ("Force", "N"))
     check_wrong_dimension(columns, Rules(), "log.csv")
     assert [s.name for s in name_signals(columns, Rules(), "log.csv")[0]] == ["speed", "force"]
+
+
+@pytest.mark.parametrize(("name", "channel"), [("CURRENT", "current"), ("Current", "current_raw")])
+def test_a_capital_m_is_milli_where_all_letters_are_capitals_and_nothing_else_can_be(name: str, channel: str) -> None:
+    (signal,), findings = name_signals((Column(name, "MA", np.linspace(500.0, 1100.0, 50), 0),), Rules(), "log.csv")
+    assert (signal.name, len(findings)) == (channel, 1)
+    assert channel == "current_raw" or signal.values[0] == pytest.approx(0.5)
+
+
+def test_a_name_with_another_quantitys_unit_is_refused_only_where_no_other_column_is_the_channel() -> None:
+    odd, good = Column("Load", "ohm", np.ones(9), 0), Column("Force", "N", np.ones(9), 1)
+    check_wrong_dimension((odd, good), Rules(), "log.csv")
+    with pytest.raises(Refusal, match="no unit of force"):
+        check_wrong_dimension((odd,), Rules(), "log.csv")

@@ -170,3 +170,8 @@ PIECES = ["m", "s", "N", "kV", "/", "*", "**", "^", " ", "(", ")", "1", "2", "9"
 def test_any_text_is_a_unit_or_none_soon(text: str) -> None:
     if units.known(text):
         assert math.isfinite(units.to_si(text).scale)
+
+
+@pytest.mark.parametrize(("text", "unit", "scale"), [("Âµm", "m", 1e-6), ("mm/S", "m/s", 1e-3), ("Â°C", "degC", 1.0)])
+def test_units_damaged_by_an_encoding_or_in_capitals(text: str, unit: str, scale: float) -> None:
+    assert units.to_unit(text, unit).scale == pytest.approx(scale)

@@ -159,6 +159,25 @@ def test_a_folders_logs_are_read_and_its_settings_are_not(form: str, tmp_path: P
     assert [file.name for file, _ in expand([tmp_path])] == ["run.json"]
 
 
+@pytest.mark.parametrize("stamp", ["2026-11-28T10:00:{:06.3f}Z", "10:00:{:06.3f}"])
+def test_records_with_dates_or_times_of_day(stamp: str, tmp_path: Path) -> None:
+    one = [{"ts": stamp.format(3 + 2e-3 * k), "load": {"v": 0.1 * k, "u": "kN"}} for k in range(400)]
+    (tmp_path / "run.json").write_text(json.dumps(one))
+    (record,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert record.dt == pytest.approx(2e-3)
+    assert record.channels["force"][-1] == pytest.approx(100.0 * 399)
+    (tmp_path / "run.json").write_text(json.dumps([{**r, "ts": "start"} for r in one]))
+    with pytest.raises(DataError, match="no time column"):
+        read([tmp_path / "run.json"], Settings())
+
+
+def test_records_by_their_number(tmp_path: Path) -> None:
+    one = {str(k): {"time_s": 2e-3 * k, "force_N": float(k % 7)} for k in range(400)}
+    (tmp_path / "run.json").write_text(json.dumps(one))
+    (record,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert record.dt == pytest.approx(2e-3) and list(record.channels) == ["force"]
+
+
 values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=4),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4),

@@ -47,6 +47,10 @@ def test_notes_that_state_no_unit_or_two_leave_the_si_unit_assumed(note: str, re
 def test_a_written_unit_comes_before_a_note(read_log: ReadLog) -> None:
     (record,) = read_log(f"# force in kN\nTime (s),Displacement (mm),Force (N)\n{ROWS}")
     np.testing.assert_allclose(record.channels["force"], FORCE)
+    (said,) = [f.text for f in record.findings if f.kind == "units-contradict"]
+    assert said.endswith("states others: 'Force' in kN")
+    (record,) = read_log(f"# Force unit: N\nTime (s),Displacement (mm),Force (N)\n{ROWS}")
+    assert "units-contradict" not in {f.kind for f in record.findings}
 
 
 def test_a_list_of_other_numbers_names_no_columns(read_log: ReadLog) -> None:

@@ -80,3 +80,10 @@ def test_a_stated_interval_keeps_its_unit(read_log: ReadLog) -> None:
     rows = "".join(f"{f}\n" for f in FORCE)
     (record,) = read_log(f"# sampling interval: 2 ms\n# 10 s of test\nForce (N)\n{rows}")
     assert record.dt == 2e-3
+
+
+@pytest.mark.parametrize("form", ["PT{:.3f}S", "0h 1m {:.3f}s", "12:0:{:.3f}"])
+def test_durations_and_clocks_without_zeros(form: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{form.format(3 + 2e-3 * k)},{k % 7}\n" for k in range(400))
+    (record,) = read_log(f"Time,Force (N)\n{rows}")
+    assert record.dt == pytest.approx(2e-3)

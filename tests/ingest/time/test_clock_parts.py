@@ -25,6 +25,9 @@ CLOCK = [f"10:{11 + m // 60000}:{m // 1000 % 60:02d}" for m in MILLIS]
         ("Time,Microseconds", (CLOCK, 1000 * (MILLIS % 1000))),
         ("Sec,Msec", (MILLIS // 1000, MILLIS % 1000)),
         ("sec,nanosec", (1763028672 + MILLIS // 1000, 1000000 * (MILLIS % 1000))),
+        ("header.stamp.secs,header.stamp.nsecs", (1763028672 + MILLIS // 1000, 1000000 * (MILLIS % 1000))),
+        ("min,s", (MILLIS // 60000, np.round(MILLIS % 60000 / 1000, 3))),
+        ("Minutes,Seconds", (MILLIS // 60000, np.round(MILLIS % 60000 / 1000, 3))),
         ("Hour,Min,Sec", ([10] * len(K), 11 + MILLIS // 60000, np.round(MILLIS % 60000 / 1000, 3))),
     ],
 )
@@ -37,6 +40,11 @@ def test_parts_of_a_clock(header: str, columns: tuple[object, ...], read_log: Re
 def test_a_column_beside_a_clock_that_rises_by_itself_is_none_of_its_parts(read_log: ReadLog) -> None:
     (record,) = read_log(_log("Time (s),ms", np.round(2e-3 * K, 3), K % 7))
     assert record.dt == pytest.approx(2e-3) and "ms" in record.channels
+
+
+def test_minutes_that_do_not_make_the_clock_rise_are_none_of_it(read_log: ReadLog) -> None:
+    (record,) = read_log(_log("min,Sec", K % 7, np.round(2e-3 * K, 3)))
+    assert record.dt == pytest.approx(2e-3) and "min" in record.channels
 
 
 def test_a_clock_in_another_unit_than_seconds_has_no_parts(read_log: ReadLog) -> None:

@@ -157,3 +157,21 @@ def test_a_slow_channel_that_begins_with_t_is_no_clock(form: str, read_log: Read
     named = {"time": 0.002 * K, "force (N)": force(0.002 * K), "t_coil": 24.0 + np.sin(K)}
     (record,) = read_log(contained(form, named), form)
     assert record.dt == 0.002 and "two-clocks" not in {f.kind for f in record.findings}
+
+
+RECEIVED = 0.08 * (np.arange(400) // 40) + 1e-5 * (np.arange(400) % 40)
+
+
+@pytest.mark.parametrize("header", ["PC time (s),Device time (ms)", "timestamp,mcu_ms", "Host time (s),Time (ms)"])
+def test_times_of_the_device_come_before_those_of_the_computer_and_this_is_said(header: str, read_log: ReadLog) -> None:
+    received = [f"2026-11-28T10:00:{3 + t:09.6f}" if "timestamp" in header else f"{t:.5f}" for t in RECEIVED]
+    rows = "".join(f"{t},{2 * k},{k % 7}\n" for k, t in enumerate(received))
+    (record,) = read_log(f"{header},Force (N)\n{rows}")
+    assert record.dt == pytest.approx(2e-3) and list(record.channels) == ["force"]
+    assert any("computer's clock" in f.text for f in record.findings if f.kind == "two-clocks")
+
+
+def test_a_computers_times_alone_are_taken(read_log: ReadLog) -> None:
+    rows = "".join(f"{2e-3 * k:.3f},{k % 7}\n" for k in range(400))
+    (record,) = read_log(f"PC time (s),Force (N)\n{rows}")
+    assert record.dt == pytest.approx(2e-3) and not record.findings

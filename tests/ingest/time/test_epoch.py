@@ -100,3 +100,12 @@ def test_names_that_give_the_unit_of_a_count_since_1970(name: str, scale: float,
         (record,) = read_log(content, file_name)
         assert record.dt == pytest.approx(2e-3, rel=1e-6)
         np.testing.assert_allclose(record.channels["force"], FORCE)
+
+
+@pytest.mark.parametrize(("name", "begin"), [("Ticks", 638_999_999_990_000_000), ("FILETIME", 134_000_000_000_000_000)])
+def test_counts_of_100_ns_are_times_whatever_they_are_called(name: str, begin: int, read_log: ReadLog) -> None:
+    (record,) = read_log(_log(name, [str(begin + 20000 * int(k)) for k in K]))
+    assert record.dt == pytest.approx(2e-3, rel=1e-6)
+    assert any("windows_tick since" in f.text for f in record.findings if f.kind == "unit-assumed")
+    with pytest.raises(Refusal, match="no time column"):
+        read_log(_log(name, [str(20000 * int(k)) for k in K]))

@@ -9,7 +9,7 @@ from mrfit.core.specs import Array
 from mrfit.ingest.meaning.channel_map import Rules, TimeRule
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
-from mrfit.ingest.time.epoch import in_seconds, unit_since_1970
+from mrfit.ingest.time.epoch import counted_since, in_seconds
 
 NEW_YEAR = 1735689600.0
 
@@ -67,12 +67,12 @@ def test_counts_since_1970_are_told_by_their_size(per_second: float, unit: str) 
     seconds, scale, said = read(per_second * (NEW_YEAR + np.arange(3.0)))
     assert seconds == pytest.approx(np.arange(3.0), abs=1e-3) and scale == pytest.approx(1.0 / per_second)
     assert f"taken as {unit} since 1970, and given from its first value" in said
-    assert unit_since_1970(per_second * NEW_YEAR) == unit
+    assert counted_since(per_second * NEW_YEAR)[0] == (unit or "")
 
 
 @pytest.mark.parametrize("first", [0.0, 1.0, NEW_YEAR, 4.2e9 * 1e9])
 def test_other_numbers_are_no_counts_since_1970(first: float) -> None:
-    assert unit_since_1970(first) is None
+    assert counted_since(first) == ("", "")
 
 
 def test_seconds_since_1970_keep_their_last_digits() -> None:

@@ -1,0 +1,50 @@
+"""Rows and cells in wrappings of programs: a row in quotes or behind its number, a cell as a spreadsheet's formula."""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+from mrfit.ingest.text.labelled_numbers import LABEL, MOST_ROWS
+from mrfit.ingest.text.layout import SAMPLE_LINES
+
+ROW_WRAPPINGS = (
+    (re.compile(r'(?m:^)"([^"\n]*)"[ \t]*(?m:(?=\r?$))'), r"\1"),
+    (re.compile(r'"=""([^"\n]*)"""|="([^"\n]*)"'), r"\1\2"),
+    (re.compile(r"(?m:^)[ \t]*\d+:[ \t]+(?=[^\s:])"), ""),
+)
+"""What most rows have, and what stands for it."""
+MONITOR = re.compile(r"(?m:^)(\d\d:\d\d:\d\d\.\d+) -> (.*)")
+"""A row behind the time at which a monitor of a serial port received it."""
+OPEN_CELL = re.compile(r'(?:^|[,;\t|]) *"[^"]*$')
+HEADER_BYTES, MOST_WRAPPED = 8192, 8
+"""Beginning of a log in which cells of a header may go on in the next line, and most lines of such a row."""
+
+
+def unwrapped(lines: Sequence[str]) -> Iterator[Callable[[str], str]]:
+    """Yield functions that take the wrappings off the text of a log; they keep the number of its lines."""
+    if any(map(OPEN_CELL.search, lines[:SAMPLE_LINES])):
+        yield _with_whole_rows
+    last = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
+    for form, plain in (*ROW_WRAPPINGS, (MONITOR, _timed)):
+        if last and sum(bool(form.search(line)) for line in last) >= MOST_ROWS * len(last):
+            yield partial(form.sub, plain)
+
+
+def _with_whole_rows(text: str) -> str:
+    """Return a text in which each row of the header stands in one line, and blank lines behind it for the others."""
+    end = text.find("\n", HEADER_BYTES)
+    lines, done = (text if end < 0 else text[:end]).split("\n"), list[str]()
+    while lines:
+        whole = (k for k in range(2, MOST_WRAPPED) if not "".join(lines[:k]).count('"') % 2)
+        count = next(whole, 1) if lines[0].count('"') % 2 and OPEN_CELL.search(lines[0]) else 1
+        done += [" ".join(line.strip("\r") for line in lines[:count]), *[""] * (count - 1)]
+        lines = lines[count:]
+    return "\n".join(done) + ("" if end < 0 else text[end:])
+
+
+def _timed(match: re.Match[str]) -> str:
+    """Return a row with its time as the first cell, labelled as the others are; of the names, the name of the times."""
+    row = match[2].strip()
+    mark = next((m for m in "\t;," if m in row), " " if " " in row else ",")
+    label = "time=" if LABEL.match(row) else ""
+    return f"{label}{match[1]}{mark}{row}" if label or row[:1] in "+-.0123456789" else f"Time{mark}{row}"
