@@ -39,7 +39,7 @@ from mrfit.ingest.text.layout import (
     words_of,
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
-from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside
+from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside, without_ended
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.stated_names import with_stated_names
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
@@ -110,6 +110,7 @@ def read(source: Source) -> list[Table]:
     # what one block tells the next is told from test to test by none
     tables = [own_rows(read_grid(replace(source, carry={}), grid, header_of(header, c), data, c)) for c in beside]
     tables = [t for t in tables if t.rows] or [read_grid(source, grid, header, data)]
+    tables = tables if beside or source.block else [without_ended(tables[0])]
     tables = tables if factors is None else [factors.applied(tables[0], source.rules)]
     return [replace(t, findings=(*t.findings, *said, *stated)) for t in tables]
 

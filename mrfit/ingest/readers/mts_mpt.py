@@ -3,14 +3,12 @@
 from dataclasses import replace
 
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
-from mrfit.ingest.text.layout import TIME_NAMES
-from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of
+from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of, time_place
 from mrfit.ingest.text.two_rows import TwoRows, two_rows
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text", blocks=True)
@@ -43,9 +41,7 @@ def read(source: Source) -> list[Table]:
     if header is None:
         raise Refusal(head.path, "no unit row above its numbers", "export the log again")
     names, written = header.names, header.units
-    time = next((k for k, n in enumerate(names) if n.lower() in TIME_NAMES), None)
-    time = time if time is not None else next((k for k, u in enumerate(written) if units.compatible(u, "s")), None)
-    if time is None:
+    if (time := time_place(names, written)) is None:
         shown = ", ".join(f"'{n}'" for n in names)
         raise Refusal(head.path, f"none of its columns is a time ({shown})", "export the log again with its time")
     data, heads = _without_headers(source, header)

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import TIME_NAMES, find_grid
-from mrfit.ingest.text.textlog import Field, read_columns
+from mrfit.ingest.text.layout import find_grid
+from mrfit.ingest.text.textlog import Field, read_columns, time_place
 from mrfit.ingest.text.two_rows import two_rows
 
 SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export", blocks=True)
@@ -42,9 +41,7 @@ def read(source: Source) -> list[Table]:
     if found is None:
         raise Refusal(head.path, "no unit row below its column names", "export the log again")
     names, written, row = found.names, found.units, found.first - 1
-    time = next((k for k, u in enumerate(written) if units.compatible(u, "s")), None)
-    time = time if time is not None else next((k for k, n in enumerate(names) if n.lower() in TIME_NAMES), None)
-    if time is None:
+    if (time := time_place(names, written)) is None:
         raise Refusal(head.path, f"none of its columns is a time ({', '.join(names)})", "export the log again")
     decimal = find_grid(head, row + 1).decimal
     fields = [Field(n, u, k) for k, (n, u) in enumerate(zip(names, written, strict=True))]

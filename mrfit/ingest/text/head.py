@@ -27,9 +27,9 @@ OTHER_LETTERS, CYRILLIC = ("gb18030", "shift_jis", "euc_kr", "cp1251"), "\u0400"
 GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 28
 """How a gzip archive begins, and the most bytes of a file that is rewritten in memory before it is read."""
 WIDE_MARKS = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
-PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)
+HTML_PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)
 """How a page begins, as a program saves a table and calls it a spreadsheet."""
-PAGE_MARKS = (
+HTML_MARKS = (
     (r"(?is)<(style|script|title)\b.*?</\1>|[\r\n\t]+", " "),
     (r"(?i)</tr\s*>", "\n"),
     (r"(?i)</t[dh]\s*>", "\t"),
@@ -121,7 +121,7 @@ def _unpacked(path: Path, raw: bytes, size: int) -> bytes | None:
     Refusal
         If it is too long, or an archive is damaged or holds no text.
     """
-    page = PAGE.match(raw)
+    page = HTML_PAGE.match(raw)
     if not (page or raw.startswith((GZIP, *WIDE_MARKS))):
         return None
     try:
@@ -136,7 +136,7 @@ def _unpacked(path: Path, raw: bytes, size: int) -> bytes | None:
             raise Refusal(path, "a gzip archive, which holds no text", "unpack it first")
         return data
     text = data.decode("utf-32" if not page else encoding_of(raw) or "utf-8", errors="replace")
-    for marks, plain in PAGE_MARKS if page else ():
+    for marks, plain in HTML_MARKS if page else ():
         text = re.sub(marks, plain, text)
     return (html.unescape(text) if page else text).encode()
 

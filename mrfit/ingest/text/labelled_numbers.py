@@ -9,7 +9,7 @@ from mrfit.ingest.table import Source
 from mrfit.ingest.text.body import NUMBER_ROW, split
 from mrfit.ingest.text.head import Text
 from mrfit.ingest.text.layout import SAMPLE_LINES
-from mrfit.ingest.text.textlog import rewritten
+from mrfit.ingest.text.textlog import line_by_line
 from mrfit.ingest.text.written_times import FIELD_BEGIN, FIELD_END
 
 LABEL = re.compile(r"(?:^|(?<=[,;\t ]))([^\W\d][\w.\[\]()/]{0,39}) {0,2}[:=] {0,2}(?=[+-]?[.,]?\d)")
@@ -36,8 +36,7 @@ def without_labels(source: Source, labels: Sequence[str], data: Text | None) -> 
     def plain(line: str) -> str:
         return LABEL.sub("", line) if LABEL.findall(line) == labels else line
 
-    lines = map(plain, source.head.lines)
-    return rewritten(source, lines, lambda text: "\n".join(map(plain, text.split("\n"))), data)
+    return line_by_line(source, plain, data)
 
 
 def units_behind(lines: Sequence[str]) -> dict[int, str]:
@@ -65,4 +64,4 @@ def without_units(source: Source, found: Sequence[str], data: Text | None) -> tu
     def plain(line: str) -> str:
         return UNITED.sub(lambda m: m[1] if m[2] in found else m[0], line) if NUMBER_ROW.match(line.encode()) else line
 
-    return rewritten(source, map(plain, source.head.lines), lambda text: "\n".join(map(plain, text.split("\n"))), data)
+    return line_by_line(source, plain, data)

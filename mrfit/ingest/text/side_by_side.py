@@ -11,6 +11,9 @@ from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
 COPY_MARK = re.compile(r"[._ ]\d+$")
 """What pandas and spreadsheets put behind a name that stood there already."""
 
+EVEN_AXIS = 0.1
+"""Relative range of the steps of an axis."""
+
 
 def tests_beside(header: Header) -> list[range]:
     """Return the columns of each test; none where the columns are of one test.
@@ -36,6 +39,21 @@ def header_of(header: Header, columns: range) -> Header:
     names = [first[k - columns.start] if k in columns else "" for k in range(len(header.names))]
     written = [unit if k in columns else None for k, unit in enumerate(header.units)]
     return replace(header, names=tuple(names), units=tuple(written))
+
+
+def without_ended(table: Table) -> Table:
+    """Return a table without another one at its right, as of a spectrum: columns that end early, the first an axis."""
+    filled = [np.flatnonzero(np.isfinite(c.values)) for c in table.columns]
+    ends = [int(places[-1]) + 1 if len(places) else 0 for places in filled]
+    first = next((k for k in range(len(ends)) if k and 2 < ends[k] < table.rows and len({*ends[k:]}) == 1), len(ends))
+    if first > len(ends) - 2 or max(ends[:first]) < table.rows or len(filled[first]) < ends[first]:
+        return table
+    steps = np.diff(table.columns[first].values[: ends[first]])
+    if not (np.all(steps > 0.0) and np.ptp(steps) < EVEN_AXIS * np.mean(steps)):
+        return table
+    shown = ", ".join(f"'{c.name}'" for c in table.columns[first:])
+    text = f"{shown} at the right end after {ends[first]} rows, and are another table: not read"
+    return replace(table, columns=table.columns[:first]).finding("not-read", text)
 
 
 def own_rows(table: Table) -> Table:

@@ -10,6 +10,7 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, RejectedRow, Source, Table
 from mrfit.ingest.text.body import Body, Layout, is_cut, number_pattern, read_body, split
 from mrfit.ingest.text.head import Head, Text, body_view, feeds
+from mrfit.ingest.text.layout import TIME_NAMES
 from mrfit.ingest.text.printed import Digits, digits_of
 
 DIGIT_ROWS = 256
@@ -144,6 +145,18 @@ def rewritten(
     text = (text_of(source) if data is None else data)[:].decode(encoding, errors="surrogateescape")
     part = replace(source, head=replace(source.head, lines=tuple(lines)))
     return part, change(text).encode(encoding, errors="surrogateescape")
+
+
+def line_by_line(source: Source, plain: Callable[[str], str], data: Text | None) -> tuple[Source, bytes]:
+    """Return a log, and its text, with each line as a function gives it."""
+    lines = map(plain, source.head.lines)
+    return rewritten(source, lines, lambda text: "\n".join(map(plain, text.split("\n"))), data)
+
+
+def time_place(names: Sequence[str], written: Sequence[str]) -> int | None:
+    """Return the place of the first column that is named as a time, or else is in a unit of time."""
+    timed = [k for k, u in enumerate(written) if units.compatible(u, "s")]
+    return next((k for k, n in enumerate(names) if n.lower() in TIME_NAMES), timed[0] if timed else None)
 
 
 def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:

@@ -14,14 +14,14 @@ from mrfit.ingest.table import Table
 from mrfit.ingest.text.body import split
 from mrfit.ingest.text.layout import COMMENTS, name_and_unit
 
-NUMBER = r"(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*"
-SAMPLES = r"(?:samples?|scans?|readings?|(?:mess)?werte)"
-SAMPLES_EACH_SECOND = rf"[km]?(?:sps|sa/s|s/s|{SAMPLES} ?(?:/|per|pro) ?(?:s(?:ec(?:onds?|\.)?)?|min(?:ute)?)\b)"
+RATE_NUMBER = r"(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*"
+RATE_SAMPLES = r"(?:samples?|scans?|readings?|(?:mess)?werte)"
+SAMPLES_EACH_SECOND = rf"[km]?(?:sps|sa/s|s/s|{RATE_SAMPLES} ?(?:/|per|pro) ?(?:s(?:ec(?:onds?|\.)?)?|min(?:ute)?)\b)"
 EACH_SECOND = rf"(?:{SAMPLES_EACH_SECOND}|1?/s)"
-SECONDS = r"[muµn]?s(?:ec(?:onds?)?)?"
+SPAN_UNIT = r"[muµn]?s(?:ec(?:onds?)?)?"
 _NEXT = r"(?<![\w.,])(?="
 """Where a number begins that comes before the words for what it is."""
-_SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+[\s,;]*(?:[km]?hz|{EACH_SECOND})", rf"\W*[\d.,e+-]+[\s,;]*{SECONDS}\b"
+_SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+[\s,;]*(?:[km]?hz|{EACH_SECOND})", rf"\W*[\d.,e+-]+[\s,;]*{SPAN_UNIT}\b"
 WORDED_LABEL = (
     r"(?:(?:sampl(?:e|ing)|acquisition|scan|daq)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|(?<!auto)(?<!auto[-_ ])sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)"
@@ -29,7 +29,7 @@ WORDED_LABEL = (
 )
 """Of a rate or an interval, as its last word says."""
 OF_SAMPLING = (
-    rf"(?:sampling|sampled at|(?:{SAMPLES}|sampled|logging|logged|recorded) every|(?:ab)?tast[a-z]*|messrate"
+    rf"(?:sampling|sampled at|(?:{RATE_SAMPLES}|sampled|logging|logged|recorded) every|(?:ab)?tast[a-z]*|messrate"
     r"|campionamento|[ée]chantillonnage|muestreo|amostragem|дискретизации|采样|サンプリング)"
 )
 """Words beside which a number with its unit is a rate or an interval, as the unit says."""
@@ -41,8 +41,8 @@ RATE_LABELS = (
     rf"{OF_SAMPLING}(?={_SOME_HZ})",
     rf"(?<!\w)(?:f_?s(?={_SOME_HZ}|\W*[km]?hz\W*\d)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
     rf"(?<!\w)rate(?=\W*[\d.,e+]+ ?{SAMPLES_EACH_SECOND})",
-    rf"{_NEXT}{NUMBER} ?{SAMPLES_EACH_SECOND})",
-    rf"{_NEXT}{NUMBER} ?[km]?hz (?:sampl(?:e|ing)|acquisition|scan|daq)\b(?!\D{{0,12}}\d))",
+    rf"{_NEXT}{RATE_NUMBER} ?{SAMPLES_EACH_SECOND})",
+    rf"{_NEXT}{RATE_NUMBER} ?[km]?hz (?:sampl(?:e|ing)|acquisition|scan|daq)\b(?!\D{{0,12}}\d))",
 )
 SPAN_LABELS = (
     rf"(?<!\w)(?:dt|Δt|delta[ _]?t)(?={_SOME_S}|\W*(?:0?[.,]\d+$|[\d.,]+e-\d+))",
@@ -52,14 +52,14 @@ SPAN_LABELS = (
     r"abtast(?:intervall|zeit|periode)|time per (?:point|sample)|storage cycle",
     r"采样(?:间隔|周期)|サンプリング(?:間隔|周期)|период дискретизации",
     r"p[ée]riode d.?[ée]chantillonnage|per[ií]odo de muestreo|periodo di campionamento",
-    rf"{_NEXT}{NUMBER} ?{SECONDS}(?:/| per ){SAMPLES}\b)",
+    rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
 ASSUMED_LABELS = r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)|@(?= ?[\d.,]+ ?[km]?hz\b)"
 """Words for a rate that may be the one of a test, too."""
 STATED_RATE = re.compile(
     rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)})"
-    rf"|(?P<assumed>{ASSUMED_LABELS}))[^0-9+-]*?)\+?(?P<number>{NUMBER})(?P<power>e[+-]?\d+)?"
-    rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|{SECONDS}(?:/| per ){SAMPLES}|[a-zµ/]*)"
+    rf"|(?P<assumed>{ASSUMED_LABELS}))[^0-9+-]*?)\+?(?P<number>{RATE_NUMBER})(?P<power>e[+-]?\d+)?"
+    rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}|[a-zµ/]*)"
     r"[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
 )
@@ -267,7 +267,7 @@ def _unit(behind: str, before: str | None, beside: str, kind: str) -> str | None
 def of_kind(text: str, kind: str) -> str | None:
     """Return a unit of a rate (Hz) or an interval (s) as it can be converted, ``kS/s`` as kHz; None if it is none."""
     each = re.fullmatch(EACH_SECOND, text, re.IGNORECASE) if kind == "Hz" else None
-    unit = f"{text[0] if text[0] in 'kM' else ''}Hz" if each else re.sub(rf"(?:/| per ){SAMPLES}$", "", text)
+    unit = f"{text[0] if text[0] in 'kM' else ''}Hz" if each else re.sub(rf"(?:/| per ){RATE_SAMPLES}$", "", text)
     unit = "1/min" if each and "min" in text.lower() else unit
     return unit if unit and units.compatible(unit, kind) else None
 
