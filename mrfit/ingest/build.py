@@ -28,7 +28,7 @@ from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, RejectedRow, RejectedRows, Table
 from mrfit.ingest.time.clocks import on_one_clock
-from mrfit.ingest.time.counter import counter_of, counting_samples, is_counter, numbers_rows, without_wraps
+from mrfit.ingest.time.counter import counter_of, counting_samples, is_counter, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
 from mrfit.ingest.time.late_rows import late_rows
 from mrfit.ingest.time.rate import rate_missing
@@ -113,7 +113,7 @@ def build(table: Table, origin: LogOrigin) -> list[Recording]:
         If channels, units or times cannot be made out.
     """
     _check_first_row(table, origin)
-    table = without_wraps(_oldest_first(without_statistics(table)))
+    table = _oldest_first(without_statistics(table))
     columns, marked = without_marks(table.columns)
     table = counting_samples(_factored(replace(table, columns=tuple(columns)), origin.rules))
     table = _split_at_headers(on_one_clock(table, origin.rules, origin.path))

@@ -23,20 +23,12 @@ from mrfit.ingest.time.rate import (
     of_kind,
 )
 
-NAMES_OF_INTERVALS = (
-    *("ts", "dt", "deltat", "sampletime", "wfincrement", "sampleinterval", "samplinginterval"),
-    *("sampleperiod", "samplingperiod"),
-)
-NAMES_OF_RATES = (
-    *("fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq"),
-    *("samplingfreq", "acquisitionrate", "scanrate"),
-)
 UNIT_SUFFIXES = ("hz", "khz", "mhz", "s", "sec", "seconds", "ms", "us", "ns")
 """Words at the end of a name that say the unit of its number; ``mhz`` is MHz, since nobody counts samples in mHz."""
 DECIMATIONS = ("decimation", "decimate", "downsampling", "downsample")
-PLAIN_WORDS = frozenset(
-    "sample samples sampling scan acquisition rate frequency freq interval period time fs dt "
-    "daq data ai ch channel channels signal signals file actual nominal measurement device".split()
+PLAIN_WORDS = re.compile(
+    r"(?:(?:samples?|sampling|scan|acquisition|rate|freq(?:uency)?|interval|period|time|fs|dt|ts|delta ?t|daq|data"
+    r"|ai|ch|channels?|signals?|file|actual|nominal|measurement|device) ?)*"
 )
 """Words of the name of a rate, and those that may stand beside it where it is that of the rows."""
 WORDS_OF_HEADERS = frozenset(
@@ -123,7 +115,8 @@ def _texts_of_objects(about: Mapping[Any, Any], deepest: int) -> dict[str, str]:
 
 def kind_of(name: str) -> str:
     """Return ``Hz`` for the name of a sample rate, ``s`` for that of an interval, with or without a unit; else ""."""
-    return _named(_words(name))[0]
+    kind, plain, _ = _named(_words(name))
+    return kind if plain else ""
 
 
 def _words(name: str) -> list[str]:
@@ -131,12 +124,20 @@ def _words(name: str) -> list[str]:
     return [w.lower() for w in re.split(r"[\W_]+", re.sub(r"(?<=[a-z]{2})(?=[A-Z][a-z])", " ", name)) if w]
 
 
-def _named(words: list[str]) -> tuple[str, str]:
-    """Return the kind of what words name, and the unit that the last of them is; empty where there is none."""
+def _named(words: list[str]) -> tuple[str, bool, str]:
+    """Return the kind of what words name, whether it can be of the rows only, and the unit that the last of them is.
+
+    The words of headers of text hold here, too: a label is tried with a rate and with an interval.
+    """
     unit = words[-1] if len(words) > 1 and words[-1] in UNIT_SUFFIXES else ""
-    bare = "".join(words[:-1] if unit else words)
-    kind = "s" if bare in NAMES_OF_INTERVALS else "Hz" if bare in NAMES_OF_RATES else ""
-    return kind, {"khz": "kHz", "mhz": "MHz", "hz": "Hz"}.get(unit, unit)
+    label = re.sub(r"\d", "", " ".join(words[:-1] if unit else words)).removeprefix("wf ").replace("increment", "dt")
+    unit = {"khz": "kHz", "mhz": "MHz", "hz": "Hz"}.get(unit, unit)
+    for tried in ("Hz", "ms"):
+        match = STATED_RATE.search(f"{label}: 1 {tried}")
+        if match and match.end("number") > len(label):
+            kind = "s" if match["span"] is not None or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
+            return kind, not match["other"] and PLAIN_WORDS.fullmatch(label) is not None, unit
+    return "", False, unit
 
 
 def stated_rate(told: Iterable[StatedNumber]) -> tuple[float | None, tuple[Finding, ...]]:
@@ -171,29 +172,25 @@ def _unclear(texts: list[str]) -> tuple[Finding, ...]:
 def _statement(told: StatedNumber) -> _Statement | None:
     """Return the statement of a number on the rate; None where it makes none."""
     words = _words(told.name)
-    kind, suffix = _named(words)
+    kind, plain, suffix = _named(words)
     number, written, odd = _number(told.value)
     written = written or told.unit or suffix
     shown = f"{told.within}.{told.name}".lstrip(".")
     text = excerpt(f"{shown} = {told.value if odd else f'{number:g}'} {'' if odd else written}".strip())
     if odd:
-        return _Statement(text, np.nan, "clear", False) if kind else None
+        return _Statement(text, np.nan, "clear", False) if plain else None
     if not (math.isfinite(number) and number > 0.0):
         return None
     around = " ".join([*_words(told.within), *words])
     if "".join(w for w in words if w != "factor") in DECIMATIONS or DECIMATION.fullmatch(" ".join(words)):
         return _Statement(text, np.nan, "thinned", False) if number != 1.0 else None
-    sort = "clear"
     if not kind:
-        label = re.sub(r"\d", "", " ".join(w for w in words if w != suffix.lower()))
-        match = STATED_RATE.search(f"{label}: {number:.15g} {written}")
-        if match is None or match.end("number") < len(label):
-            return None
-        sort = "rival" if match["other"] or set(label.split()) - PLAIN_WORDS else "clear"
-        kind = "s" if match["span"] is not None or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
+        return None
+    sort = "clear" if plain else "rival"
     unit = (of_kind(written, kind) or of_kind(written, "s") if written else kind) or ""
     dt = interval(number, unit) if unit else np.nan
-    of_other = words == ["rate"] and set(_words(told.within)[-1:]) - PLAIN_WORDS - WORDS_OF_HEADERS
+    inner = "".join(_words(told.within)[-1:])
+    of_other = words == ["rate"] and not (PLAIN_WORDS.fullmatch(inner) or inner in WORDS_OF_HEADERS)
     is_long = kind == "s" and words[-1] in ("time", "period") and dt >= LONG_PERIOD
     sort = "doubtful" if OTHERWISE.search(around) or of_other or is_long else sort
     return _Statement(text, dt, sort, not written and dt > LONG_BARE)

@@ -7,14 +7,22 @@ from functools import partial
 from mrfit.ingest.text.labelled_numbers import LABEL, MOST_ROWS
 from mrfit.ingest.text.layout import SAMPLE_LINES
 
+
+def _timed(match: re.Match[str]) -> str:
+    """Return a row with its time as the first cell, labelled as the others are; of the names, the name of the times."""
+    row = match[2].strip()
+    mark = next((m for m in "\t;," if m in row), " " if " " in row else ",")
+    label = "time=" if LABEL.match(row) else ""
+    return f"{label}{match[1]}{mark}{row}" if label or row[:1] in "+-.0123456789" else f"Time{mark}{row}"
+
+
 ROW_WRAPPINGS = (
     (re.compile(r'(?m:^)"([^"\n]*)"[ \t]*(?m:(?=\r?$))'), r"\1"),
     (re.compile(r'"=""([^"\n]*)"""|="([^"\n]*)"'), r"\1\2"),
     (re.compile(r"(?m:^)[ \t]*\d+:[ \t]+(?=[^\s:])"), ""),
+    (re.compile(r"(?m:^)(\d\d:\d\d:\d\d\.\d+) -> (.*)"), _timed),
 )
-"""What most rows have, and what stands for it."""
-MONITOR = re.compile(r"(?m:^)(\d\d:\d\d:\d\d\.\d+) -> (.*)")
-"""A row behind the time at which a monitor of a serial port received it."""
+"""What most rows have, each another one, and what stands for it: the last is of the monitor of a serial port."""
 OPEN_CELL = re.compile(r'(?:^|[,;\t|]) *"[^"]*$')
 HEADER_BYTES, MOST_WRAPPED = 8192, 8
 """Beginning of a log in which cells of a header may go on in the next line, and most lines of such a row."""
@@ -25,8 +33,8 @@ def unwrapped(lines: Sequence[str]) -> Iterator[Callable[[str], str]]:
     if any(map(OPEN_CELL.search, lines[:SAMPLE_LINES])):
         yield _with_whole_rows
     last = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
-    for form, plain in (*ROW_WRAPPINGS, (MONITOR, _timed)):
-        if last and sum(bool(form.search(line)) for line in last) >= MOST_ROWS * len(last):
+    for form, plain in ROW_WRAPPINGS:
+        if len({match[0] for line in last if (match := form.search(line))}) >= max(1, MOST_ROWS * len(last)):
             yield partial(form.sub, plain)
 
 
@@ -40,11 +48,3 @@ def _with_whole_rows(text: str) -> str:
         done += [" ".join(line.strip("\r") for line in lines[:count]), *[""] * (count - 1)]
         lines = lines[count:]
     return "\n".join(done) + ("" if end < 0 else text[end:])
-
-
-def _timed(match: re.Match[str]) -> str:
-    """Return a row with its time as the first cell, labelled as the others are; of the names, the name of the times."""
-    row = match[2].strip()
-    mark = next((m for m in "\t;," if m in row), " " if " " in row else ",")
-    label = "time=" if LABEL.match(row) else ""
-    return f"{label}{match[1]}{mark}{row}" if label or row[:1] in "+-.0123456789" else f"Time{mark}{row}"

@@ -109,28 +109,14 @@ def _stays(step: series.Values) -> series.Values:
     return np.asarray(step == 0.0)
 
 
-def without_wraps(table: Table) -> Table:
-    """Return a table whose clock goes on where a counter of 32 bits begins again, as of a microcontroller."""
-    if table.time is None or not series.in_memory(table.time.values) or series.count(_is_broken, table.time.values):
-        return table
-    usual = float(np.median(np.diff(table.time.values))) if table.rows > 2 else 0.0
-    times = _unwrapped(table.time.values, usual, WRAPS[-1:], 2.0 * usual)
-    if times is table.time.values:
-        return table
-    text = f"the counter behind '{table.time.name}' has 32 bits and begins again: the clock goes on there"
-    return replace(table, time=replace(table.time, values=times)).finding("clock-wraps", text)
-
-
-def _unwrapped(
-    values: series.Values, usual: float, periods: Sequence[float] = WRAPS, most: float | None = None
-) -> series.Values:
-    """Return the counts without the fall to zero of a counter of 8, 16 or 32 bits, after ``most`` at most."""
+def _unwrapped(values: series.Values, usual: float) -> series.Values:
+    """Return the counts without the fall to zero of a counter of 8, 16 or 32 bits."""
     if not series.in_memory(values):
         return values
     steps = np.diff(values)
     falls = steps < 0.0
-    for period in periods:
-        ahead, limit = steps[falls] + period, most or max(0.05 * period, usual)
-        if falls.any() and np.nanmax(values) < period and np.all((ahead > 0.0) & (ahead <= limit)):
+    for period in WRAPS:
+        ahead = steps[falls] + period
+        if falls.any() and np.nanmax(values) < period and np.all((ahead > 0.0) & (ahead <= max(0.05 * period, usual))):
             return np.asarray(values + period * np.concatenate([[0.0], np.cumsum(falls)]))
     return values

@@ -25,7 +25,7 @@ _SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+[\s,;]*(?:[km]?hz|{EACH_SECOND})", rf"\W*[\d.
 WORDED_LABEL = (
     r"(?:(?:sampl(?:e|ing)|acquisition|scan|daq)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|(?<!auto)(?<!auto[-_ ])sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)"
-    r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])"
+    r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|freq(?:uency)?|interval|period|time)(?![a-z])"
 )
 """Of a rate or an interval, as its last word says."""
 OF_SAMPLING = (
