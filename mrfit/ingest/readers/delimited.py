@@ -42,7 +42,7 @@ from mrfit.ingest.text.long_format import long_format, sorted_out
 from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside, without_ended
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.stated_names import with_stated_names
-from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
+from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 from mrfit.ingest.time.clock_parts import are_seconds_beside, is_below_seconds, with_clock_parts
 from mrfit.ingest.time.clocks import is_called_clock
 from mrfit.ingest.time.epoch import counted_since
@@ -183,7 +183,7 @@ def read_grid(
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
     time = _time_column(source, grid, header, numeric, stamps)
-    received = _received(header, time, [*numeric, *stamps])
+    received = [] if source.rules.time else _received(header, time, [*numeric, *stamps])
     numeric = [k for k in numeric if k not in received]
     blank = tuple(k for k, kind in enumerate(kinds) if kind == "empty" and not header.names[k])
     texts = (time,) if time is not None and time in stamps else ()
@@ -214,7 +214,9 @@ def read_grid(
         text = f"{shown} goes by the computer's clock: the device's own times, '{header.names[time or 0]}', are taken"
         sparse.append(Finding("two-clocks", "", None, text))
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
-    table = with_rate(table, [*head.lines[: grid.first], *lines_below(head)], grid.delimiter, shown)
+    whole = source.block is None or source.block.last and source.block.line == 1
+    below = lines_below(text_of(source) if data is None else data, head.body_encoding) if whole else []
+    table = with_rate(table, [*head.lines[: grid.first], *below], grid.delimiter, shown)
     table = with_stated_factors(table, [line for line in head.lines[: grid.first] if line.strip() not in header.rows])
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
 

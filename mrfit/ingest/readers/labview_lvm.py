@@ -9,11 +9,11 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import NUMBER_ROW, Body, Layout, number_pattern, split
+from mrfit.ingest.text.body import Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
 from mrfit.ingest.text.layout import name_and_units
-from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
+from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, without_headers
 
 SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)", blocks=True)
 
@@ -58,7 +58,12 @@ def read(source: Source) -> list[Table]:
     signals = [k for k, n in enumerate(segment.names) if k not in (*comment, *clocks)]
     _check_names(segment, len(signals), head)
     filled = _filled_clocks(head, segment, clocks)
-    data, heads = _without_headers(source, segment)
+    data, heads = without_headers(
+        source,
+        segment.row + 1,
+        lambda line: _word(line).startswith((b"channels", b"labview measurement", b"x_value")),
+        lambda line: _word(line).startswith(b"x_value"),
+    )
     decimal = _decimal(head, segment)
     use = tuple(sorted([*signals, *filled]))
     empty = tuple(c for c in clocks if c not in filled)
@@ -122,26 +127,8 @@ def _decimal(head: Head, segment: LvmHeader) -> str:
     return "." if any(number_pattern(".").fullmatch(f) for f in fields) else ","
 
 
-def _without_headers(source: Source, segment: LvmHeader) -> tuple[bytes, tuple[int, ...]]:
-    """Return the data with all headers blanked, and the line numbers of the later name rows."""
-    first = source.block.line if source.block else 1
-    lines = text_of(source)[:].split(b"\n")
-    top = max(0, segment.row + 2 - first)
-    lines[:top] = [b""] * len(lines[:top])
-    heads = []
-    begin: int | None = None
-    for place, line in enumerate(lines[top:], start=top):
-        word = line[:24].strip().lower()
-        if begin is None and word.startswith((b"channels", b"labview measurement")):
-            begin = place
-        elif word.startswith(b"x_value"):
-            begin = place if begin is None else begin
-            lines[begin : place + 1] = [b""] * (place + 1 - begin)
-            heads.append(first + place)
-            begin = None
-        elif begin is not None and NUMBER_ROW.match(line):
-            begin = None
-    return b"\n".join(lines), tuple(heads)
+def _word(line: bytes) -> bytes:
+    return line[:24].strip().lower()
 
 
 def _tables(body: Body, fields: list[Field], clocks: list[int], segment: LvmHeader, head: Head) -> list[Table]:

@@ -5,11 +5,11 @@ from dataclasses import replace
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.text.body import NUMBER_ROW, Layout, split
+from mrfit.ingest.text.body import Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
-from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of, time_place
-from mrfit.ingest.text.two_rows import TwoRows, two_rows
+from mrfit.ingest.text.textlog import Field, body_of, table_of, time_place, without_headers
+from mrfit.ingest.text.two_rows import two_rows
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text", blocks=True)
 DECIMAL_ROWS = 50
@@ -44,7 +44,11 @@ def read(source: Source) -> list[Table]:
     if (time := time_place(names, written)) is None:
         shown = ", ".join(f"'{n}'" for n in names)
         raise Refusal(head.path, f"none of its columns is a time ({shown})", "export the log again with its time")
-    data, heads = _without_headers(source, header)
+    # the first header ends above its first row; a later one is all between a blank line and the same unit row
+    unit_row = head.lines[header.unit_row].encode(head.body_encoding, "replace").strip()
+    data, heads = without_headers(
+        source, header.first, lambda line: not line.strip(BLANK), lambda line: line.strip(BLANK) == unit_row
+    )
     width = len(split(head.lines[header.first], "\t"))
     layout = Layout(0, "\t", _decimal(head, header.first), width, tuple(range(len(names))), comment="")
     body = body_of(source, layout, data)
@@ -60,29 +64,3 @@ def _decimal(head: Head, row: int) -> str:
     if len(shown) != 1 and len(stated) > DECIMAL_PLACE and stated[DECIMAL_PLACE] in (".", ","):
         return stated[DECIMAL_PLACE]
     return "," if shown == {","} else "."
-
-
-def _without_headers(source: Source, header: TwoRows) -> tuple[bytes, tuple[int, ...]]:
-    """Return the data with every header line blanked, and the line numbers of the unit rows.
-
-    The first header ends above its first row; a later one is all between a blank line and the unit row that is no data.
-    """
-    head, first = source.head, source.block.line if source.block else 1
-    unit_row = head.lines[header.unit_row].encode(head.body_encoding, "replace").strip()
-    lines = text_of(source)[:].split(b"\n")
-    top = max(0, header.first + 1 - first)
-    lines[:top] = [b""] * len(lines[:top])
-    heads: list[int] = []
-    begin: int | None = None
-    for place, line in enumerate(lines[top:], start=top):
-        stripped = line.strip(BLANK)
-        if not stripped:
-            lines[place] = b""
-            begin = place if begin is None else begin
-        elif begin is not None and stripped == unit_row:
-            lines[begin : place + 1] = [b""] * (place + 1 - begin)
-            heads.append(first + place)
-            begin = None
-        elif begin is not None and NUMBER_ROW.match(stripped):
-            begin = None
-    return b"\n".join(lines), tuple(heads)

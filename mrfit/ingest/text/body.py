@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.ingest.table import Lines, RejectedRow
-from mrfit.ingest.text.head import TAIL_BYTES, Head, Text, feeds, last_lines
+from mrfit.ingest.text.head import TAIL_BYTES, Text, feeds
 from mrfit.ingest.text.printed import Digits, digits_of
 from mrfit.io.arrow import floats
 
@@ -144,9 +144,9 @@ def read_body(data: Text, layout: Layout, encoding: str = "utf-8", line: int = 1
     )
 
 
-def lines_below(head: Head) -> list[str]:
-    """Return the lines below the last row of numbers of a log."""
-    lines = head.lines if head.size <= len(head.raw) else last_lines(head)
+def lines_below(data: Text, encoding: str) -> list[str]:
+    """Return the lines below the last row of numbers of a text."""
+    lines = data[-TAIL_BYTES:].decode(encoding, errors="replace").splitlines()
     return [*takewhile(lambda line: not NUMBER_ROW.match(line.encode()), reversed(lines))][::-1]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
+from mrfit.ingest.time.clocks import is_called_clock
 
 COPY_MARK = re.compile(r"[._ ]\d+$")
 """What pandas and spreadsheets put behind a name that stood there already."""
@@ -48,7 +49,10 @@ def without_ended(table: Table) -> Table:
     first = next((k for k in range(len(ends)) if k and 2 < ends[k] < table.rows and len({*ends[k:]}) == 1), len(ends))
     if first > len(ends) - 2 or max(ends[:first]) < table.rows or len(filled[first]) < ends[first]:
         return table
-    steps = np.diff(table.columns[first].values[: ends[first]])
+    axis = table.columns[first]
+    if is_called_clock(axis.name, axis.unit):
+        return table  # of channels of another rate
+    steps = np.diff(axis.values[: ends[first]])
     if not (np.all(steps > 0.0) and np.ptp(steps) < EVEN_AXIS * np.mean(steps)):
         return table
     shown = ", ".join(f"'{c.name}'" for c in table.columns[first:])

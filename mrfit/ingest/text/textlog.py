@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, RejectedRow, Source, Table
-from mrfit.ingest.text.body import Body, Layout, is_cut, number_pattern, read_body, split
+from mrfit.ingest.text.body import NUMBER_ROW, Body, Layout, is_cut, number_pattern, read_body, split
 from mrfit.ingest.text.head import Head, Text, body_view, feeds
 from mrfit.ingest.text.layout import TIME_NAMES
 from mrfit.ingest.text.printed import Digits, digits_of
@@ -151,6 +151,29 @@ def line_by_line(source: Source, plain: Callable[[str], str], data: Text | None)
     """Return a log, and its text, with each line as a function gives it."""
     lines = map(plain, source.head.lines)
     return rewritten(source, lines, lambda text: "\n".join(map(plain, text.split("\n"))), data)
+
+
+def without_headers(
+    source: Source, first_row: int, begins: Callable[[bytes], bool], ends: Callable[[bytes], bool]
+) -> tuple[bytes, tuple[int, ...]]:
+    """Return the text with all headers blanked, and the line numbers of the last lines of the later ones.
+
+    ``first_row`` is the line (from 0) below the first header; what begins one and comes upon a row is none.
+    """
+    first = source.block.line if source.block else 1
+    lines = text_of(source)[:].split(b"\n")
+    top = max(0, first_row + 1 - first)
+    lines[:top] = [b""] * len(lines[:top])
+    heads: list[int] = []
+    begin: int | None = None
+    for place, line in enumerate(lines[top:], start=top):
+        begin = place if begin is None and begins(line) else begin
+        if begin is not None and ends(line):
+            lines[begin : place + 1] = [b""] * (place + 1 - begin)
+            heads.append(first + place)
+        if begin is not None and (ends(line) or NUMBER_ROW.match(line)):
+            begin = None
+    return b"\n".join(lines), tuple(heads)
 
 
 def time_place(names: Sequence[str], written: Sequence[str]) -> int | None:

@@ -54,7 +54,7 @@ SPAN_LABELS = (
     r"p[ée]riode d.?[ée]chantillonnage|per[ií]odo de muestreo|periodo di campionamento",
     rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
-ASSUMED_LABELS = r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)|@(?= ?[\d.,]+ ?[km]?hz\b)"
+ASSUMED_LABELS = r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)|[)\]] ?@(?= ?[\d.,]+ ?[km]?hz\b)"
 """Words for a rate that may be the one of a test, too."""
 STATED_RATE = re.compile(
     rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)})"

@@ -56,3 +56,16 @@ def test_a_channel_map_reads_the_table_as_one(read_log: ReadLog) -> None:
     header = "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n"
     (record,) = read_log(header + _rows(), channel_map='[channels]\nforce = {column = 5, unit = "N"}\n')
     np.testing.assert_allclose(record.channels["force"][::2], -FORCE[:150])
+
+
+def test_a_spectrum_at_the_right_that_ends_early_costs_no_rows_and_is_said(read_log: ReadLog) -> None:
+    rows = [f"{2e-3 * k:.3f},{k % 7},{k % 9}" + (f",{0.5 * k},{5 + k % 3}" if k < 150 else ",,") for k in range(300)]
+    (record,) = read_log("Time (s),Force (N),Stroke (mm),Frequency (Hz),Force (N)\n" + "\n".join(rows) + "\n")
+    assert (record.rows_kept, set(record.channels)) == (300, {"force", "displacement"})
+    assert any("are another table: not read" in f.text for f in record.findings)
+
+
+def test_a_channel_that_ends_early_behind_one_that_does_too_is_no_table_without_an_axis(read_log: ReadLog) -> None:
+    rows = [f"{2e-3 * k:.3f},{k % 7},{k % 9}" + (f",{k % 4},{5 + k % 3}" if k < 290 else ",,") for k in range(300)]
+    (record,) = read_log("Time (s),Force (N),Stroke (mm),Load A (N),Load B (N)\n" + "\n".join(rows) + "\n")
+    assert (record.rows_kept, len(record.channels)) == (290, 4)

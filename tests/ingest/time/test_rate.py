@@ -250,13 +250,20 @@ def test_only_the_beginning_of_a_long_line_states_a_rate() -> None:
         ("Force (N) @500Hz,Stroke (mm) @500Hz", 500.0),
         ("Samples,Rate,Mode\n800,500 Hz,Finite", 500.0),
         ("Force (N) @500Hz,Stroke (mm) @250Hz", None),
-        ("12 mm @ 2 Hz", None),
+        ("Sine (mm) @ 2 Hz", None),
+        ("12 mm @ 100 Hz", None),
     ],
 )
 def test_a_rate_that_may_be_that_of_a_test_is_taken_where_it_is_high_and_said(header: str, rate: float | None) -> None:
     found, findings = stated_interval(header.split("\n"))
     assert found == (rate and pytest.approx(1.0 / rate))
     assert [f.kind for f in findings] == ["rate-assumed"] * bool(rate)
+
+
+def test_a_rate_below_the_rows_of_another_test_is_not_read(read_log: ReadLog) -> None:
+    other = "Time (ms)\tForce (N)\tLoad (N)\n" + "".join(f"{4 * k}\t{k % 5}\t{k % 3}\n" for k in range(50))
+    with pytest.raises(Refusal, match="no sample rate"):
+        read_log(f"Stroke (mm)\tForce (N)\n{ROWS}\n{other}\nSample rate: 250 Hz\n")
 
 
 def test_a_rate_below_the_rows_is_read_and_one_that_is_assumed_only_where_no_times_are(read_log: ReadLog) -> None:
