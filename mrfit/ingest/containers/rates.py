@@ -115,7 +115,7 @@ def _texts_of_objects(about: Mapping[Any, Any], deepest: int) -> dict[str, str]:
 
 def kind_of(name: str) -> str:
     """Return ``Hz`` for the name of a sample rate, ``s`` for that of an interval, with or without a unit; else ""."""
-    kind, plain, _ = _named(_words(name))
+    kind, plain, _ = _named(_words(name)) if may_tell(name) else ("", False, "")
     return kind if plain else ""
 
 

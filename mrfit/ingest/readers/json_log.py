@@ -296,14 +296,6 @@ def _by_channel(table: Table, found: _RunArrays, source: Source) -> Table:
     return sorted_out(table, form, {k: found.words[places[k]] for k in form.texts}, source)
 
 
-def _stamps(words: Mapping[str, list[str]]) -> Column | None:
-    """Return the column of texts that are dates or times of day, as seconds from the first; None without one."""
-    for place, (name, texts) in enumerate(words.items()):
-        if all(STAMP.fullmatch(text) or CLOCK.fullmatch(text) for text in texts):
-            return Column(name, "s", since_first(texts, {}), -1 - place)
-    return None
-
-
 def _table(found: _RunArrays, source: Source) -> Table:
     path, lengths = source.head.path, {name: len(values) for name, values in found.columns.items()}
     if len({*lengths.values()}) > 1:
@@ -318,7 +310,10 @@ def _table(found: _RunArrays, source: Source) -> Table:
         stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", "")) for n in named]
         name, unit = name_and_units(title, next(filter(None, stated), None))
         columns.append(Column(name, unit, values, place))
-    time = log_time(columns, source.rules.time) or _stamps(found.words)
+    dated = (n for n, texts in found.words.items() if all(STAMP.fullmatch(t) or CLOCK.fullmatch(t) for t in texts))
+    time = log_time(columns, source.rules.time)
+    if time is None and (stamps := next(dated, None)):
+        time = Column(stamps, "s", since_first(found.words[stamps], {}), -1)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
     table = _by_channel(table, found, source) if found.words else table

@@ -29,14 +29,8 @@ GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 28
 WIDE_MARKS = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
 HTML_PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)
 """How a page begins, as a program saves a table and calls it a spreadsheet."""
-HTML_MARKS = (
-    (r"(?is)<(style|script|title)\b.*?</\1>|[\r\n\t]+", " "),
-    (r"(?i)</tr\s*>", "\n"),
-    (r"(?i)</t[dh]\s*>", "\t"),
-    (r"<[^<>]*>", ""),
-    (r"[\t ]+(?=\n)|(?<=\n) +", ""),
-)
-"""Marks of a page and what stands for them in text."""
+HTML_MARKS = ((r"[\r\n\t]+", " "), (r"(?i)</tr\s*>", "\n"), (r"(?i)</t[dh]\s*>", "\t"), (r"<[^<>]*>", ""))
+"""Marks of a table in a page and what stands for them in text."""
 CONTAINERS = (
     (b"PK\x03\x04", "a ZIP, XLSX or ODS file", "export the sheet as CSV, or unpack the archive"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file", "export the sheet as CSV"),
@@ -136,9 +130,16 @@ def _unpacked(path: Path, raw: bytes, size: int) -> bytes | None:
             raise Refusal(path, "a gzip archive, which holds no text", "unpack it first")
         return data
     text = data.decode("utf-32" if not page else encoding_of(raw) or "utf-8", errors="replace")
-    for marks, plain in HTML_MARKS if page else ():
+    return (_table_of_page(text) if page else text).encode()
+
+
+def _table_of_page(text: str) -> str:
+    """Return the tables of a page, a row in each line, tabs between its cells."""
+    begin = re.search("(?i)<table", text)
+    text = text[begin.start() if begin else 0 :]
+    for marks, plain in HTML_MARKS:
         text = re.sub(marks, plain, text)
-    return (html.unescape(text) if page else text).encode()
+    return "\n".join(line.lstrip(" ").rstrip() for line in html.unescape(text).split("\n"))
 
 
 def _check_content(path: Path, raw: bytes) -> None:

@@ -38,7 +38,8 @@ WRAPPED = {
     "labels and units": "".join(f"t={t} s, stroke={x} mm, force={f} N\n" for t, x, f in ROWS),
     "powers of ten": ",".join(NAMES) + "\n" + "".join(f"{t},{x},{float(f) / 1e3:.4f}×10^3\n" for t, x, f in ROWS),
     "full width": PLAIN.replace("(mm)", "（ｍｍ）"),
-    "a page": f"<html><body><table><tr>{''.join(f'<th>{n}</th>' for n in NAMES)}</tr>"
+    "a page": "<html><head><style>td {width: 1mm}</style></head>\n<body><table>"
+    + f"<tr>{''.join(f'<th>{n}</th>' for n in NAMES)}</tr>"
     + "".join(f"<tr>{''.join(f'<td>{c}</td>' for c in row)}</tr>\n" for row in ROWS)
     + "</table></body></html>",
 }
@@ -103,3 +104,9 @@ def test_units_in_some_cells_stay(read_log: ReadLog) -> None:
     rows[40] += " kN"
     (record,) = read_log("\n".join([",".join(NAMES), *rows, ""]))
     assert record.rows_refused == 1
+
+
+def test_a_page_with_long_blanks_and_open_marks_takes_no_time(tmp_path: Path) -> None:
+    path = tmp_path / "log.xls"
+    path.write_text("<table>" + " " * 400_000 + "<style" * 50_000 + "x")
+    assert open_head(path).unpacked is not None
