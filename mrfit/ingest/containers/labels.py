@@ -6,18 +6,16 @@ from collections.abc import Mapping, Sequence
 from mrfit.core.grouping import grouped
 from mrfit.ingest.text.layout import is_recognised
 
-NAME_LISTS = frozenset(
-    "channelnames channels labels label names colheaders columnnames columns colnames headers header signalnames "
-    "signals varnames variablenames variables".split()
-)
-UNIT_LISTS = frozenset("channelunits units unit columnunits colunits signalunits".split())
+_OF = "(?:ch(?:an(?:nel)?)?|col(?:umn)?|sig(?:nal)?|var(?:iable)?)"
+NAME_LISTS = re.compile(rf"{_OF}?(?:names|labels?|headers?)|(?:channel|column|signal|variable)s")
+UNIT_LISTS = re.compile(rf"{_OF}?units?")
 MOST_LABELS, LONGEST_LABEL = 64, 200
 """Texts that a list of names has at most, and characters of each."""
 
 
 def is_name_list(name: str) -> bool:
     """Whether an array called so may hold the names of a matrix's columns."""
-    return _word(name) in NAME_LISTS
+    return NAME_LISTS.fullmatch(_word(name)) is not None
 
 
 def _word(name: str) -> str:
@@ -47,7 +45,7 @@ def labels_of(signals: Sequence[str], lists: Mapping[str, Sequence[str]]) -> tup
                 (len(parent), sum(map(is_recognised, texts)), texts)
                 for key, texts in lists.items()
                 if len(texts) == len(members)
-                and (_word(key) in words or words is NAME_LISTS and key == pandas)
+                and (words.fullmatch(_word(key)) or words is NAME_LISTS and key == pandas)
                 and f"{base}.".startswith(f"{parent}." if (parent := key.strip(".").rpartition(".")[0]) else "")
             ]
             if near:

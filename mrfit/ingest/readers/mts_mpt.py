@@ -8,12 +8,11 @@ from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.headings import Heading
-from mrfit.ingest.text.textlog import Field, body_of, table_of, time_place, without_headers
+from mrfit.ingest.text.textlog import BLANK, Field, body_of, table_of, time_place, without_headers
 from mrfit.ingest.text.two_rows import two_rows
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text", blocks=True)
 DECIMAL_ROWS = 50
-BLANK = b" \t\r\0"
 DECIMAL_PLACE = 5  # MTS793|MPT|ENU|1|2|.|/|:|…
 
 

@@ -13,6 +13,7 @@ from mrfit.ingest.text.head import Head, Text, body_view, feeds
 from mrfit.ingest.text.layout import TIME_NAMES
 from mrfit.ingest.text.printed import Digits, digits_of
 
+BLANK = b" \t\r\0"
 DIGIT_ROWS = 256
 """Rows by which it is seen how columns are printed."""
 
@@ -168,6 +169,7 @@ def without_headers(
     begin: int | None = None
     for place, line in enumerate(lines[top:], start=top):
         begin = place if begin is None and begins(line) else begin
+        lines[place] = line if line.strip(BLANK) or not begins(line) else b""  # of NUL bytes
         if begin is not None and ends(line):
             lines[begin : place + 1] = [b""] * (place + 1 - begin)
             heads.append(first + place)

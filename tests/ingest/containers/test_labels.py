@@ -14,6 +14,8 @@ NAMES, UNITS = ["Stroke", "Load"], ["mm", "N"]
     [
         (PAIR, "labels", "units"),
         (PAIR, "Channel Names", "channel_units"),
+        (PAIR, "chan_names", "chan_units"),
+        (PAIR, "sigLabels", "sigUnits"),
         (PAIR, "data.columns", "data.units"),
         (["run.data[0]", "run.data[1]"], "run.colheaders", ".units"),
         (["df.block0_values[0]", "df.block0_values[1]"], "df.block0_items", "df.units"),
@@ -29,6 +31,7 @@ def test_lists_beside_a_matrix_name_its_columns(signals: list[str], names: str, 
     [
         {"labels": ["Stroke", "Load", "Current"]},
         {"comments": NAMES},
+        {"filenames": NAMES},
         {"other.labels": NAMES},
         {"block0_items": NAMES},
     ],
