@@ -96,9 +96,11 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         name = claimed or _own_name(column, taken)
         taken.add(name)
         signals.append(_unmapped(name, column))
-    if odd := [f"'{c.name or c.index}' in '{c.unit}'" for c in left if not _is_known(c)]:
-        remedy = "kept as printed; write the unit in a channel map"
-        findings.append(Finding("unknown-unit", "", None, f"no known unit: {', '.join(odd)}: {remedy}"))
+    odd = [c for c in left if not _is_known(c)]
+    for what, of_two in (("no known unit", False), ("the file gives one column two units", True)):
+        if shown := ", ".join(f"'{c.name or c.index}' in '{c.unit}'" for c in odd if (" or " in str(c.unit)) == of_two):
+            text = f"{what}: {shown}: kept as printed; write the unit in a channel map"
+            findings.append(Finding("unknown-unit", "", None, text))
     for unit, what in (("g", "standard gravity, not gram"), ("G", "gauss, not gravity")):
         if meant := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == unit]:
             text = f"{', '.join(meant)}: the unit {unit} is taken as {what}"
@@ -118,27 +120,34 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
 
 
 def called_by_leaf(columns: list[Column]) -> list[Column]:
-    """Return columns named by paths, as ``data.force_N`` or ``Model/Sensors/Force[N]/Out1``, called by what differs.
-
-    Other columns, and those that would be called alike, are returned as they are.
-    """
-    paths = [re.split(r"[./]", c.name) for c in columns]
-    leaves = [[p for p in path if p.lower() not in OF_CONTAINERS] for path in paths]
-    rooted = len({path[0] for path in paths}) == 1 or all(map(len, leaves)) and paths != leaves
-    if (
-        len(columns) < 2
-        or not rooted
-        or any(len(p) < 2 or "" in p or not leaf for p, leaf in zip(paths, leaves, strict=True))
-    ):
+    """Return columns named by paths called by what differs; others, and those that would be called alike, as is."""
+    read = leaf_names([c.name for c in columns])
+    if not read:
         return columns
-    last = [leaf[-1] for leaf in leaves]
-    if len({*last}) < len(last) or all(map(units.known, last)):
-        return columns
-    read = [name_and_unit(text) for text in last]
     return [
         replace(c, name=name, unit=unit if c.unit is None else c.unit)
         for c, (name, unit) in zip(columns, read, strict=True)
     ]
+
+
+def leaf_names(names: Sequence[str]) -> list[tuple[str, str | None]]:
+    """Return the parts that differ of names that are paths, as ``data.force_N`` or ``Model/Force[N]/Out1``, with units.
+
+    None of other names, and of those that would be alike.
+    """
+    paths = [re.split(r"[./]", name) for name in names]
+    leaves = [[p for p in path if p.lower() not in OF_CONTAINERS] for path in paths]
+    rooted = len({path[0] for path in paths}) == 1 or all(map(len, leaves)) and paths != leaves
+    if (
+        len(names) < 2
+        or not rooted
+        or any(len(p) < 2 or "" in p or not leaf for p, leaf in zip(paths, leaves, strict=True))
+    ):
+        return []
+    last = [leaf[-1] for leaf in leaves]
+    if len({*last}) < len(last) or all(map(units.known, last)):
+        return []
+    return [name_and_unit(text) for text in last]
 
 
 def _is_weight(column: Column) -> bool:
@@ -281,7 +290,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
             same = _is_in_two_units(best, name)
             shown = " and ".join(f"'{c.name}' in {c.unit}" if same else f"'{c.name}'" for c in best)
             told = (
-                f"are the same {name}: the first is taken"
+                f"are the same {name}: the first is taken as it, and no other"
                 if same
                 else f"may all be the {name}: name one in a channel map"
             )

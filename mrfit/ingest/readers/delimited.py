@@ -15,6 +15,7 @@ from mrfit.ingest.containers.rates import kind_of
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.factor_rows import factor_row
+from mrfit.ingest.meaning.naming import leaf_names
 from mrfit.ingest.meaning.stated_factors import with_stated_factors
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
@@ -182,7 +183,11 @@ def read_grid(
     sorting = form.texts if form else ()
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
-    time = _time_column(source, grid, header, numeric, stamps)
+    # of columns named by paths the time is one
+    leaves = [] if source.rules.time else leaf_names(header.names)
+    named = [(n, u or v) for (n, u), v in zip(leaves, header.units, strict=True)] if leaves else []
+    called = replace(header, names=tuple(n for n, _ in named), units=tuple(u for _, u in named)) if named else header
+    time = _time_column(source, grid, called, numeric, stamps)
     received = [] if source.rules.time else _received(header, time, [*numeric, *stamps])
     numeric = [k for k in numeric if k not in received]
     blank = tuple(k for k, kind in enumerate(kinds) if kind == "empty" and not header.names[k])
@@ -201,7 +206,7 @@ def read_grid(
     )
     body = body_of(source, layout, data)
     fields = [Field(header.names[k], header.units[k], k) for k in numeric if k != time]
-    clock = Field(header.names[time], header.units[time], time) if time in numeric else None
+    clock = Field(called.names[time], called.units[time], time) if time in numeric else None
     table = table_of(body, fields, clock)
     if texts:
         table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], source)

@@ -321,7 +321,7 @@ def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase, c
     if stated is not None:
         if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
             return stated
-        text = f"the header states an interval of {stated:.6g} s but the times say {fitted:.6g} s: the times are used"
+        text = f"an interval of {stated:.6g} s is stated but the times say {fitted:.6g} s: the times are used"
         base.findings.append(Finding("rate-differs", "", None, text))
     elif off > GRID_TOLERANCE and coarse > GRID_TOLERANCE * fitted:
         text = f"times are printed to {coarse:g} s only: the interval {fitted:.6g} s is a fit over {longest} rows"

@@ -16,6 +16,8 @@ ROWS = "".join(f"{k * 0.01:.2f},{np.sin(k / 5):.4f},{np.cos(k / 5):.4f}\n" for k
         ("t,i,u\ns,mA,mV\n", {"current", "voltage"}),
         ("# rig 3\n# Sample rate: 100 Hz\ntime_s,force_N,x_mm\n", {"force", "displacement"}),
         ("Zeit / s,Kraft / kN,Weg / mm\n", {"force", "displacement"}),
+        ("data.time_s,data.force_N,data.disp_mm\n", {"force", "displacement"}),
+        ("Root/Time[s]/Out1,Root/Force[N]/Out1,Root/Disp[mm]/Out1\n", {"force", "displacement"}),
     ],
 )
 def test_headers(header: str, names: set[str], read_log: ReadLog) -> None:
@@ -23,6 +25,18 @@ def test_headers(header: str, names: set[str], read_log: ReadLog) -> None:
     assert set(record.channels) == names
     assert record.dt == 0.01
     assert record.rows_kept == 100
+
+
+def test_a_time_named_by_a_path_has_its_unit(read_log: ReadLog) -> None:
+    rows = "".join(f"{10 * k},{k},{-k}\n" for k in range(60))
+    (record,) = read_log("log.time_ms,log.force_N,log.disp_mm\n" + rows)
+    assert record.dt == 0.01
+
+
+def test_two_units_of_one_column_are_said_to_contradict(read_log: ReadLog) -> None:
+    (record,) = read_log("Time (s),Force (kN),Disp (mm)\ns,N,mm\n" + ROWS)
+    assert "force" not in record.channels
+    assert any("the file gives one column two units: 'Force' in 'kN or N'" in f.text for f in record.findings)
 
 
 def test_decimal_comma_and_semicolons(read_log: ReadLog) -> None:
