@@ -221,7 +221,9 @@ def read_grid(
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
     whole = source.block is None or source.block.last and source.block.line == 1
     below = lines_below(text_of(source) if data is None else data, head.body_encoding) if whole else []
-    table = with_rate(table, [*head.lines[: grid.first], *below], grid.delimiter, shown)
+    table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)
+    if table.dt is None and not any(f.kind == "rate-unclear" for f in table.findings):
+        table = with_rate(table, below, grid.delimiter, shown)
     table = with_stated_factors(table, [line for line in head.lines[: grid.first] if line.strip() not in header.rows])
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
 

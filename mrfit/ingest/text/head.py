@@ -29,7 +29,13 @@ GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 28
 WIDE_MARKS = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
 HTML_PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)
 """How a page begins, as a program saves a table and calls it a spreadsheet."""
-HTML_MARKS = ((r"[\r\n\t]+", " "), (r"(?i)</tr\s*>", "\n"), (r"(?i)</t[dh]\s*>", "\t"), (r"<[^<>]*>", ""))
+HTML_MARKS = (
+    (r"[\r\n\t]+", " "),
+    (r"(?i)<(?:tr|/table)\b[^<>]*>", "\n"),
+    # a cell ends where the next one begins: the tag that ends it may be left out
+    (r"(?i)<t[dh]\b[^<>]*>", "\t"),
+    (r"<[^<>]*>", ""),
+)
 """Marks of a table in a page and what stands for them in text."""
 CONTAINERS = (
     (b"PK\x03\x04", "a ZIP, XLSX or ODS file", "export the sheet as CSV, or unpack the archive"),
@@ -139,7 +145,8 @@ def _table_of_page(text: str) -> str:
     text = text[begin.start() if begin else 0 :]
     for marks, plain in HTML_MARKS:
         text = re.sub(marks, plain, text)
-    return "\n".join(line.lstrip(" ").rstrip() for line in html.unescape(text).split("\n"))
+    rows = (line.lstrip(" ").removeprefix("\t").split("\t") for line in html.unescape(text).split("\n"))
+    return "\n".join("\t".join(cell.strip() for cell in row).rstrip() for row in rows)
 
 
 def _check_content(path: Path, raw: bytes) -> None:

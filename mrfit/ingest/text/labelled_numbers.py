@@ -1,7 +1,7 @@
 """Rows in which numbers have labels or units, as ``pos_mm:1.2,load_N:300`` of a serial port, and ``1.2 mm;300 N``."""
 
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Sequence
 
 from mrfit.ingest.meaning import units
@@ -43,14 +43,15 @@ def units_behind(lines: Sequence[str]) -> dict[int, str]:
     """Return the units that nearly all of the last lines have behind their numbers, by the place of the column."""
     sample = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
     mark = next((m for m in "\t;|," if sum(m in line for line in sample) >= MOST_ROWS * len(sample)), "\t")
-    found = Counter(
-        (place, match[2])
-        for line in sample
-        for place, cell in enumerate(split(line, mark))
-        if (match := UNITED.fullmatch(cell))
-    )
+    found = defaultdict[tuple[int, str], list[str]](list)
+    for line in sample:
+        for place, cell in enumerate(split(line, mark)):
+            if match := UNITED.fullmatch(cell):
+                found[place, match[2]].append(match[1])
+    # one text in all rows, as ``1A``, may be a name
     most = MOST_ROWS * len(sample)
-    return {place: unit for (place, unit), number in found.items() if number >= most and _is_measured(unit)}
+    varied = [key for key, numbers in found.items() if len(numbers) >= most and len({*numbers}) > 1]
+    return {place: unit for place, unit in varied if _is_measured(unit)}
 
 
 def _is_measured(unit: str) -> bool:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
+from mrfit.ingest.text.body import NUMBER_ROW
 from mrfit.ingest.text.labelled_numbers import LABEL, MOST_ROWS
 from mrfit.ingest.text.layout import SAMPLE_LINES
 
@@ -42,9 +43,10 @@ def _with_whole_rows(text: str) -> str:
     """Return a text in which each row of the header stands in one line, and blank lines behind it for the others."""
     end = text.find("\n", HEADER_BYTES)
     lines, done = (text if end < 0 else text[:end]).split("\n"), list[str]()
-    while lines:
+    # the header's alone: a mark in a text beside numbers opens no row
+    while lines and not NUMBER_ROW.match(lines[0].encode()):
         whole = (k for k in range(2, MOST_WRAPPED) if not "".join(lines[:k]).count('"') % 2)
         count = next(whole, 1) if lines[0].count('"') % 2 and OPEN_CELL.search(lines[0]) else 1
         done += [" ".join(line.strip("\r") for line in lines[:count]), *[""] * (count - 1)]
         lines = lines[count:]
-    return "\n".join(done) + ("" if end < 0 else text[end:])
+    return "\n".join([*done, *lines]) + ("" if end < 0 else text[end:])

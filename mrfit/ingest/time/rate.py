@@ -28,21 +28,21 @@ WORDED_LABEL = (
     r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|freq(?:uency)?|interval|period|time)(?![a-z])"
 )
 """Of a rate or an interval, as its last word says."""
-OF_SAMPLING = (
-    rf"(?:sampling|sampled at|(?:{RATE_SAMPLES}|sampled|logging|logged|recorded) every|(?:ab)?tast[a-z]*|messrate"
-    r"|campionamento|[ée]chantillonnage|muestreo|amostragem|дискретизации|采样|サンプリング)"
-)
+OF_SAMPLING = rf"(?:sampling|sampled at|(?:{RATE_SAMPLES}|sampled|logging|logged|recorded) every)"
 """Words beside which a number with its unit is a rate or an interval, as the unit says."""
+SAMPLING_ABROAD = (
+    r"(?:(?:ab)?tast(?:ung|rate|frequenz|intervall|zeit|periode)|messrate|campionamento|[ée]chantillonnage|muestreo"
+    r"|amostragem|дискретизации|采样|サンプリング)"
+)
+"""The same in other languages, where words of filters and displays are not known as well."""
 RATE_LABELS = (
     r"samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b",
     r"(?:abtast|mess)(?:rate|frequenz)",
     r"采样(?:频率|率)|サンプリング(?:周波数|レート)|частота дискретизации",
     r"fr[ée]quence d.?[ée]chantillonnage|frecuencia de muestreo|frequenza di campionamento|frequ[êe]ncia de amostragem",
     rf"{OF_SAMPLING}(?={_SOME_HZ})",
-    rf"(?<!\w)(?:f_?s(?={_SOME_HZ}|\W*[km]?hz\W*\d)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
+    rf"(?<!\w)(?:f_?s(?={_SOME_HZ}|\W*[(\[][km]?hz[)\]]\W*\d)|(?-i:fs)(?=\W*\d+ *$)|sps(?= *[:=] *\d+$))",
     rf"(?<!\w)rate(?=\W*[\d.,e+]+ ?{SAMPLES_EACH_SECOND})",
-    rf"{_NEXT}{RATE_NUMBER} ?{SAMPLES_EACH_SECOND})",
-    rf"{_NEXT}{RATE_NUMBER} ?[km]?hz (?:sampl(?:e|ing)|acquisition|scan|daq)\b(?!\D{{0,12}}\d))",
 )
 SPAN_LABELS = (
     rf"(?<!\w)(?:dt|Δt|delta[ _]?t)(?={_SOME_S}|\W*(?:0?[.,]\d+$|[\d.,]+e-\d+))",
@@ -52,13 +52,22 @@ SPAN_LABELS = (
     r"abtast(?:intervall|zeit|periode)|time per (?:point|sample)|storage cycle",
     r"采样(?:间隔|周期)|サンプリング(?:間隔|周期)|период дискретизации",
     r"p[ée]riode d.?[ée]chantillonnage|per[ií]odo de muestreo|periodo di campionamento",
+)
+ASSUMED_RATES = (
+    r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)",
+    r"[(\[](?:[kmµ]?n|[mµ]?m|[mk]?v|m?a|lbf|in)[)\]] ?@(?= ?[\d.,]+ ?[km]?hz\b)",
+    rf"{SAMPLING_ABROAD}(?={_SOME_HZ})",
+    rf"{_NEXT}{RATE_NUMBER} ?{SAMPLES_EACH_SECOND})",
+    rf"{_NEXT}{RATE_NUMBER} ?[km]?hz (?:sampling|acquisition|daq)\b(?!\D{{0,12}}\d))",
+)
+ASSUMED_SPANS = (
+    rf"{SAMPLING_ABROAD}(?={_SOME_S})",
     rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
-ASSUMED_LABELS = r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)|[)\]] ?@(?= ?[\d.,]+ ?[km]?hz\b)"
-"""Words for a rate that may be the one of a test, too."""
+"""Words for a rate or an interval that may be another's than the rows'."""
 STATED_RATE = re.compile(
     rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)})"
-    rf"|(?P<assumed>{ASSUMED_LABELS}))[^0-9+-]*?)\+?(?P<number>{RATE_NUMBER})(?P<power>e[+-]?\d+)?"
+    rf"|(?P<assumed>{'|'.join(ASSUMED_RATES)}|(?P<assumed_span>{'|'.join(ASSUMED_SPANS)})))[^0-9+-]*?)\+?(?P<number>{RATE_NUMBER})(?P<power>e[+-]?\d+)?"
     rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}|[a-zµ/]*)"
     r"[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
@@ -69,7 +78,7 @@ OTHERWISE = re.compile(
     r"\b(?:max\w*|(?<!/)min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh"
     r"|plot|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
     r"|between|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
-    r"|filter\w*|cut-?off|bandwidth"
+    r"|filt\w*|cut-?off|band(?:width|breite)|probe|encoder|laser|thermo\w*|temperatur\w*"
     r"|valve|actuator|pump|motor|pid|regulator"
     r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*"
     r"|previous|earlier|low-?pass)\b",
@@ -155,8 +164,8 @@ def stated_interval(
     assumed: list[Statement] = []
     doubtful: list[str] = []
     lines = [line[:LONGEST_LINE] for line in lines]
-    lines += _stacked(lines, delimiter)
-    for line in lines:
+    stacked = _stacked(lines, delimiter)
+    for place, line in enumerate([*lines, *stacked]):
         for match in STATED_RATE.finditer(line):
             found = _statement(match, delimiter, decimal)
             if isinstance(found, str):
@@ -167,7 +176,7 @@ def stated_interval(
                 rivals.append(found)
             elif OTHERWISE.search(_around(match)) or _is_duration(match, found) or found.is_bare_and_long:
                 doubtful.append(found.text)
-            elif match["assumed"]:
+            elif match["assumed"] is not None or place >= len(lines):
                 assumed += [found] * (found.interval <= 1.0 / SLOWEST_ASSUMED)
             else:
                 clear.append(found)
@@ -182,7 +191,17 @@ def stated_interval(
     if thinned := next((line for line in lines if _is_decimation(line)), None):
         text = f"the header states '{clear[0].text}' and '{excerpt(thinned)}', and not which rate the rows have"
         return None, (_unclear(text),)
-    return min(clear, key=lambda s: s.open).interval, ()
+    best = min(clear, key=lambda s: s.open)
+    return best.interval, _beside(best, assumed)
+
+
+def _beside(best: Statement, assumed: Sequence[Statement]) -> tuple[Finding, ...]:
+    """Return a finding on a rate that is not taken, as another one is clear."""
+    other = next((a for a in assumed if not a.agrees(best)), None)
+    if other is None:
+        return ()
+    text = f"the header's '{best.text}' is taken as the rate of the rows, not '{other.text}'"
+    return (Finding("rate-assumed", "", None, f"{text}; a channel map can say another"),)
 
 
 def _stacked(lines: Sequence[str], delimiter: str) -> list[str]:
@@ -199,7 +218,8 @@ def _unclear(text: str) -> Finding:
 def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
     """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
     label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
-    kind = "s" if match["span"] is not None or (word or "").lower() in SPAN_WORDS else "Hz"
+    of_span = match["span"] is not None or match["assumed_span"] is not None or (word or "").lower() in SPAN_WORDS
+    kind = "s" if of_span else "Hz"
     text = match.string[match.start() : match.end("behind" if behind else "beside")].strip(" ,;\t")
     written = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
     if written is None:

@@ -42,6 +42,9 @@ WRAPPED = {
     + f"<tr>{''.join(f'<th>{n}</th>' for n in NAMES)}</tr>"
     + "".join(f"<tr>{''.join(f'<td>{c}</td>' for c in row)}</tr>\n" for row in ROWS)
     + "</table></body></html>",
+    "a page without ends": f"<table><tr>{''.join(f'<th>{n}' for n in NAMES)}"
+    + "".join(f"<tr>{''.join(f'<td>&nbsp;{c}' for c in row)}\n" for row in ROWS)
+    + "</table>",
 }
 
 
@@ -83,6 +86,18 @@ def test_an_archive_that_is_cut_or_too_long_is_refused(tmp_path: Path, monkeypat
     monkeypatch.setattr("mrfit.ingest.text.head.MOST_UNPACKED", 1000)
     with pytest.raises(Refusal, match="more than"):
         open_head(path)
+
+
+def test_a_text_beside_numbers_with_an_odd_mark_opens_no_cell(read_log: ReadLog) -> None:
+    notes = {3: ',"start', 5: ',"go'}
+    rows = "".join(f"{','.join(row)}{notes.get(k, ',')}\n" for k, row in enumerate(ROWS))
+    _check(read_log, f"{','.join(NAMES)},Note\n{rows}")
+
+
+def test_one_text_in_all_rows_is_no_number_with_a_unit(read_log: ReadLog) -> None:
+    rows = "".join(f"{','.join(row)},1A\n" for row in ROWS)
+    (record,) = read_log(f"{','.join(NAMES)},Mode\n{rows}")
+    assert set(record.channels) == {"displacement", "force"}
 
 
 def test_a_mark_of_inches_and_quoted_names_open_no_cell(read_log: ReadLog) -> None:

@@ -49,13 +49,8 @@ from tests.ingest.conftest import ReadLog
         ("Rate: 0.5 kSa/s", 2e-3),
         ("Rate: 2 Hz", None),  # of a test
         ("Sine test, rate: 500 Hz", None),
-        ("500 SPS", 2e-3),
-        ("500 S/s per channel", 2e-3),
-        ("Acquired at 500 samples/s", 2e-3),
-        ("30000 samples/min", 2e-3),
         ("Messrate: 500 Werte/s", 2e-3),
         ("Abtastrate 500 1/s", 2e-3),
-        ("500 Hz sampling rate", 2e-3),
         ("500 Hz sine", None),
         ("500 Hz sampling filter: 100 Hz", None),
         ("fs [Hz] = 500", 2e-3),
@@ -67,9 +62,6 @@ from tests.ingest.conftest import ReadLog
         ("dx = 0.002 mm", None),
         ("Sampling,2ms", 2e-3),
         ("Sampling: 500 points per revolution", None),
-        ("Passo di campionamento;0,002;s", 2e-3),
-        ("Tastperiode: 2 ms", 2e-3),
-        ("2 msec/sample", 2e-3),
         ("2 ms/div", None),
         ("one sample every 2 ms", 2e-3),
         ("Frame rate of the camera: 240 Hz", None),
@@ -208,10 +200,11 @@ def test_a_column_that_holds_the_rate_may_have_a_unit(read_log: ReadLog) -> None
         ("Sampling rate (all channels): 1000 Hz", None),
         ("Sample rate: 1000 Hz multiplexed over 2 channels", None),
         ("Sample rate: 500 Hz\nResampling: none", 500.0),
-        ("Samples,Sample rate,Mode\n800,500,Finite", 500.0),
-        ("Sample rate: 500 Hz\nRate: 100 Hz", 500.0),
+        ("Tastkopf: 10 kHz Bandbreite\nAbtastrate: 1000 Hz", 1000.0),
+        ("Encoder 4096 samples/s", None),
+        ("Filtro de muestreo 300 Hz", None),
+        ("Temperature: 10 readings per minute\nSample rate: 1000 Hz", 1000.0),
         ("Previous file used a 1000 Hz sampling rate; this one differs", None),
-        ("500 samples/s\nSample rate: 1 kHz", None),
     ],
 )
 def test_a_rate_is_believed_where_nothing_speaks_against_it(header: str, rate: float | None) -> None:
@@ -246,6 +239,25 @@ def test_only_the_beginning_of_a_long_line_states_a_rate() -> None:
 @pytest.mark.parametrize(
     ("header", "rate"),
     [
+        ("500 SPS", 500.0),
+        ("500 S/s per channel", 500.0),
+        ("Acquired at 500 samples/s", 500.0),
+        ("30000 samples/min", 500.0),
+        ("500 Hz sampling rate", 500.0),
+        ("Passo di campionamento;0,002;s", 500.0),
+        ("Tastperiode: 2 ms", 500.0),
+        ("2 msec/sample", 500.0),
+        ("Samples,Sample rate,Mode\n800,500,Finite", 500.0),
+        # what is clear is taken, and what says another rate is told
+        ("Sample rate: 500 Hz\nRate: 100 Hz", 500.0),
+        ("500 samples/s\nSample rate: 1 kHz", 1000.0),
+        ("DAQ: NI 6009, 5 kHz DAQ module\nSample rate: 1000 Hz", 1000.0),
+        ("Max,Sample rate\n9,5000\nSample rate,1000", 1000.0),
+        ("Sine 2 Hz Sample A", None),
+        ("200 Hz scan of the bench", None),
+        ("Test (sine) @ 100 Hz", None),
+        ("Damper A (front) @ 100 Hz", None),
+        ("Tastatur 50 Hz", None),
         ("Rate: 500 Hz", 500.0),
         ("Force (N) @500Hz,Stroke (mm) @500Hz", 500.0),
         ("Samples,Rate,Mode\n800,500 Hz,Finite", 500.0),
@@ -268,6 +280,8 @@ def test_a_rate_below_the_rows_of_another_test_is_not_read(read_log: ReadLog) ->
 
 def test_a_rate_below_the_rows_is_read_and_one_that_is_assumed_only_where_no_times_are(read_log: ReadLog) -> None:
     (record,) = read_log(f"Stroke (mm)\tForce (N)\n{ROWS}\nSample rate: 500 Hz\nOperator: KL\n")
+    assert record.dt == pytest.approx(2e-3)
+    (record,) = read_log(f"Sample rate: 500 Hz\nStroke (mm)\tForce (N)\n{ROWS}\nThermocouple sampling 10 Hz\n")
     assert record.dt == pytest.approx(2e-3)
     (record,) = read_log(f"Rate: 500 Hz\nTime (ms)\tForce (N)\n{ROWS}")
     assert record.dt == pytest.approx(1e-3) and "rate-assumed" not in {f.kind for f in record.findings}
