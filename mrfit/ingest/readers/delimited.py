@@ -47,12 +47,14 @@ from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_o
 from mrfit.ingest.time.clock_parts import are_seconds_beside, is_below_seconds, with_clock_parts
 from mrfit.ingest.time.clocks import is_called_clock
 from mrfit.ingest.time.epoch import counted_since
-from mrfit.ingest.time.rate import interval, with_rate
+from mrfit.ingest.time.rate import LONG_BARE, interval, with_rate
 from mrfit.ingest.time.stamps import since_first
 
 SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map", blocks=True)
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
+COUNT_OF_TIME = re.compile(r"tick|time|stamp|epoch|unix|clock|date", re.IGNORECASE)
+"""What a column is called that counts from a date; a counter of another thing may be as long."""
 OF_COMPUTER = re.compile(r"\b(?:pc|host|computer|system|received|laptop)(?![a-z])", re.IGNORECASE)
 """Words of times at which a computer received the rows, which go by another clock."""
 SPARSE = 0.05
@@ -274,7 +276,8 @@ def _time_column(
     timed = [k for k in timed if not (stamps and is_below_seconds(header.names[k]))]
     timed = [k for k in timed if not OF_COMPUTER.search(header.names[k])] or timed
     leaves = [(n.rpartition(".")[2] or n).strip().lower() for n in header.names]
-    named = [k for k in numeric if leaves[k] in TIME_NAMES or are_seconds_beside(leaves[k], leaves)]
+    named = [k for k in numeric if leaves[k] in TIME_NAMES]
+    named = named or [k for k in numeric if not timed and are_seconds_beside(leaves[k], leaves)]
     named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
         return axis
@@ -284,7 +287,8 @@ def _time_column(
     even = [k for k in numeric if header.units[k] is None and _rises_evenly(source.head, grid, k)]
     rising = [k for k in even if k in begins]
     firsts = _sample_rows(source.head, grid)[0] if even else []
-    counting = [k for k in even if counted_since(float(firsts[k].replace(grid.decimal, ".")))[0]]
+    called = [k for k in even if COUNT_OF_TIME.search(header.names[k])]
+    counting = [k for k in called if counted_since(float(firsts[k].replace(grid.decimal, ".")))[0]]
     for choice in (named, worded, timed, stamps, dated, rising, counting):
         if len(choice) == 1 or (choice and choice is not timed):
             return choice[0]
@@ -328,7 +332,10 @@ def _sparse(rows: list[list[str]], header: Header, kinds: list[str]) -> tuple[li
         if kind in ("number", "stamp") or not name:
             continue
         filled = [r[k] for r in rows if r[k] not in EMPTY_FIELDS]
-        if kind == "sparse" and (what := kind_of(name)) and (value := positive(filled)):
+        what = kind_of(name) if kind == "sparse" else ""
+        value = positive(filled) if what else None
+        # a bare interval of seconds may be one of milliseconds
+        if what and value and (header.units[k] or interval(value, what) <= LONG_BARE):
             rate = interval(value, header.units[k] or what)
             text = f"column '{name}' gives the sample rate, {1.0 / rate:g} Hz, and is no channel"
         else:

@@ -29,6 +29,7 @@ GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 28
 WIDE_MARKS = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
 HTML_PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)
 """How a page begins, as a program saves a table and calls it a spreadsheet."""
+HTML_CELL = re.compile(rb"<t[dh]\b", re.IGNORECASE)
 HTML_MARKS = (
     (r"[\r\n\t]+", " "),
     (r"(?i)<(?:tr|/table)\b[^<>]*>", "\n"),
@@ -121,7 +122,7 @@ def _unpacked(path: Path, raw: bytes, size: int) -> bytes | None:
     Refusal
         If it is too long, or an archive is damaged or holds no text.
     """
-    page = HTML_PAGE.match(raw)
+    page = HTML_PAGE.match(raw) and HTML_CELL.search(raw)
     if not (page or raw.startswith((GZIP, *WIDE_MARKS))):
         return None
     try:

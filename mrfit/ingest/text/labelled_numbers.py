@@ -42,6 +42,8 @@ def without_labels(source: Source, labels: Sequence[str], data: Text | None) -> 
 def units_behind(lines: Sequence[str]) -> dict[int, str]:
     """Return the units that nearly all of the last lines have behind their numbers, by the place of the column."""
     sample = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
+    # lines of a header or a footer are none of the rows
+    sample = [line for line in sample if NUMBER_ROW.match(line.encode())] or sample
     mark = next((m for m in "\t;|," if sum(m in line for line in sample) >= MOST_ROWS * len(sample)), "\t")
     found = defaultdict[tuple[int, str], list[str]](list)
     for line in sample:

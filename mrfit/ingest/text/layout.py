@@ -13,7 +13,11 @@ from mrfit.ingest.text.head import Head
 FIELD_DELIMITERS = ("\t", ";", ",", "|", "")
 COMMENTS = "#%!"
 SAMPLE_LINES = 200
-_CLOCK = r"(\d{1,2}):([0-5]?\d):([0-5]?\d(?:[.,]\d+|:\d{3})?)(?: ?([AaPp])\.?[Mm]\.?)?"
+# parts of one digit are a ratio, as 1:2:1, unless the last has decimals
+_CLOCK = (
+    r"(\d{1,2}):(?=[0-5]\d:[0-5]\d|\d\d?:\d\d?[.,]\d)([0-5]?\d):([0-5]?\d(?:[.,]\d+|:\d{3})?)"
+    r"(?: ?([AaPp])\.?[Mm]\.?)?"
+)
 CLOCK = re.compile(_CLOCK)
 ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 MONTHS = (

@@ -5,13 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.ingest.meaning import units
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
-from mrfit.ingest.time.clocks import is_called_clock
 
 COPY_MARK = re.compile(r"[._ ]\d+$")
 """What pandas and spreadsheets put behind a name that stood there already."""
 
+AXIS_NAME = re.compile(r"freq|order|lag\b|bin\b|harmonic", re.IGNORECASE)
+"""Names of the axis of a spectrum or the like, beside a unit of frequency."""
 EVEN_AXIS = 0.1
 """Relative range of the steps of an axis."""
 
@@ -50,8 +52,8 @@ def without_ended(table: Table) -> Table:
     if first > len(ends) - 2 or max(ends[:first]) < table.rows or len(filled[first]) < ends[first]:
         return table
     axis = table.columns[first]
-    if is_called_clock(axis.name, axis.unit):
-        return table  # of channels of another rate
+    if not (units.known(axis.unit or "") and units.compatible(axis.unit or "", "Hz") or AXIS_NAME.match(axis.name)):
+        return table  # channels of another rate, or that ended early
     steps = np.diff(axis.values[: ends[first]])
     if not (np.all(steps > 0.0) and np.ptp(steps) < EVEN_AXIS * np.mean(steps)):
         return table

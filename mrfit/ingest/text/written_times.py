@@ -22,15 +22,21 @@ class WrittenTime:
 
     form: re.Pattern[str]
     mark: str
-    plain: str
+    plain: str | Callable[[re.Match[str]], str]
 
     def rewritten(self, text: str) -> str:
         """Return a text with these times in the plain form."""
         return self.form.sub(self.plain, text)
 
 
-def _form(form: str, mark: str, plain: str) -> WrittenTime:
+def _form(form: str, mark: str, plain: str | Callable[[re.Match[str]], str]) -> WrittenTime:
     return WrittenTime(re.compile(f"{FIELD_BEGIN}{form}{FIELD_END}"), mark, plain)
+
+
+def _of_parts(match: re.Match[str]) -> str:
+    """Return hours, minutes and seconds as a time of day, in which each has two digits."""
+    hours, minutes, seconds = (part or "0" for part in match.groups())
+    return f"{hours:0>2}:{minutes:0>2}:{'0' * (not seconds[1:2].isdigit())}{seconds}"
 
 
 TIME_FORMS = (
@@ -39,9 +45,9 @@ TIME_FORMS = (
     _form(rf"(?:{DAY_NAME})?({MONTH})\.? +(\d\d?),? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\2-\1-\3 \4"),
     _form(rf"(?:{DAY_NAME})?(\d\d?)\.? +({MONTH})\.?,? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\1-\2-\3 \4"),
     _form(rf"(\d{{4}})年(\d\d?)月(\d\d?)日 ?(\d\d?)[时時点](\d\d?)分{SECONDS_TEXT}秒", "年", r"\1/\2/\3 \4:\5:\6"),
-    _form(r"(\d\d?) ?h ?(\d\d?) ?m(?:in)? ?([0-5]?\d(?:[.,]\d+)?) ?s", "h", r"\1:\2:\3"),
+    _form(r"(\d\d?) ?h ?(\d\d?) ?m(?:in)? ?([0-5]?\d(?:[.,]\d+)?) ?s", "h", _of_parts),
     _form(rf"\d+ days? {CLOCK_TEXT}", "day", r"\1"),
-    _form(r"PT(\d+(?:\.\d+)?)S", "PT", r"\1"),
+    _form(r"PT(?:(\d\d?)H)?(?:(\d\d?)M)?(\d\d?(?:\.\d+)?)S", "PT", _of_parts),
     _form(rf"(?:\d{{4}}-)?[0-3]\d\d[T:/ ]{CLOCK_TEXT}", ":", r"\1"),
     _form(r"([0-5]?\d:[0-5]\d[.,]\d+)", ":", r"00:\1"),
     _form(rf"[\['](\d[\dT:./ -]*:{SECONDS_TEXT})\]?", ":", r"\1"),

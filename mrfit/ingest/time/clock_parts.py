@@ -59,10 +59,11 @@ def _parts(table: Table) -> dict[int, float]:
     found = {c.index: (scale, c) for c in table.columns for scale, most, name in CLOCK_PARTS if _is_part(c, name, most)}
     below = {k: p for k, p in found.items() if p[0] < 1.0} if _is_whole(times) else {}
     above = {k: p for k, p in found.items() if p[0] > 1.0} if np.nanmax(times) < CLOCK_PARTS[1][1] else {}
-    # minutes alone may be anything; beside hours they are of the clock, though a block may lie within one
+    # minutes alone may be anything, unless they go on where the seconds begin again; beside hours they are of the
+    # clock, though a block may lie within one
     whole_clock = len({scale for scale, _ in above.values()}) == len(CLOCK_PARTS[:2])
     chosen = {**below, **above}
-    if not whole_clock and _rising(_added(times, chosen)) <= _rising(_added(times, below)):
+    if not whole_clock and not all(_turns(times, c.values) for _, c in above.values()):
         chosen = below
     whole = _added(times, chosen)
     better = (whole_clock or _rising(whole) > _rising(times)) and _rising(whole) >= RISING_SHARE
@@ -73,6 +74,12 @@ def _added(times: Array, parts: Mapping[int, tuple[float, Column]]) -> Array:
     return times + sum((scale * c.values for scale, c in parts.values()), np.zeros(1))
 
 
+def _turns(seconds: Array, part: Array) -> bool:
+    """Return whether a part changes, and only where the seconds begin again."""
+    changes = np.diff(part) != 0.0
+    return bool(changes.any()) and bool(np.all(np.diff(seconds)[changes] < 0.0))
+
+
 def is_below_seconds(name: str) -> bool:
     """Whether a column is called as the milliseconds, or less, of a clock."""
     return any(re.fullmatch(pattern, _plain(name)) for scale, _, pattern in CLOCK_PARTS if scale < 1.0)
@@ -81,6 +88,8 @@ def is_below_seconds(name: str) -> bool:
 def are_seconds_beside(name: str, others: Iterable[str]) -> bool:
     """Whether a column called ``s`` is the seconds of a clock, since another is called as its hours or minutes."""
     words = [pattern for scale, _, pattern in CLOCK_PARTS if scale > 1.0]
+    if "max" in map(_plain, others):
+        return False  # beside which ``min`` is the least value
     return _plain(name) == "s" and any(re.fullmatch(word, _plain(other)) for word in words for other in others)
 
 
