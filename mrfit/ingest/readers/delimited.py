@@ -276,7 +276,8 @@ def _time_column(
     timed = [k for k in timed if not (stamps and is_below_seconds(header.names[k]))]
     timed = [k for k in timed if not OF_COMPUTER.search(header.names[k])] or timed
     leaves = [(n.rpartition(".")[2] or n).strip().lower() for n in header.names]
-    named = [k for k in numeric if leaves[k] in TIME_NAMES]
+    named = [k for k in numeric if header.names[k].strip().lower() in TIME_NAMES]
+    named = named or [k for k in numeric if leaves[k] in TIME_NAMES - {"t"}]
     named = named or [k for k in numeric if not timed and are_seconds_beside(leaves[k], leaves)]
     named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:

@@ -24,7 +24,7 @@ FEED, RETURN = 10, 13
 SINGLE_BYTE = ["cp1252", "latin_1", "cp437", "cp850", "mac_roman"]
 OTHER_LETTERS, CYRILLIC = ("gb18030", "shift_jis", "euc_kr", "cp1251"), "\u0400"
 """Encodings of Chinese, Japanese, Korean and Russian programs, and the first of their letters."""
-GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 28
+GZIP, MOST_UNPACKED = b"\x1f\x8b", 1 << 26
 """How a gzip archive begins, and the most bytes of a file that is rewritten in memory before it is read."""
 WIDE_MARKS = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
 HTML_PAGE = re.compile(rb"\s*<(?:!doctype html|html|table|meta|head)\b", re.IGNORECASE)

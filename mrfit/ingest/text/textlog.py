@@ -181,7 +181,9 @@ def without_headers(
 def time_place(names: Sequence[str], written: Sequence[str]) -> int | None:
     """Return the place of the first column that is named as a time, or else is in a unit of time."""
     timed = [k for k, u in enumerate(written) if units.compatible(u, "s")]
-    return next((k for k, n in enumerate(names) if n.lower() in TIME_NAMES), timed[0] if timed else None)
+    named = [k for k, n in enumerate(names) if n.lower() in TIME_NAMES]
+    # a name may be of another quantity, as T in degC
+    return next((k for k in named if k in timed or not units.known(written[k])), timed[0] if timed else None)
 
 
 def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import pairwise
 
 from mrfit.ingest.text.body import NUMBER_ROW
 from mrfit.ingest.text.labelled_numbers import LABEL, MOST_ROWS
@@ -17,10 +18,11 @@ def _timed(match: re.Match[str]) -> str:
     return f"{label}{match[1]}{mark}{row}" if label or row[:1] in "+-.0123456789" else f"Time{mark}{row}"
 
 
+ROW_NUMBER = re.compile(r"(?m:^)[ \t]*(\d+):[ \t]+(?=[^\s:])")
 ROW_WRAPPINGS = (
     (re.compile(r'(?m:^)"([^"\n]*)"[ \t]*(?m:(?=\r?$))'), r"\1"),
     (re.compile(r'"=""([^"\n]*)"""|="([^"\n]*)"'), r"\1\2"),
-    (re.compile(r"(?m:^)[ \t]*\d+:[ \t]+(?=[^\s:])"), ""),
+    (ROW_NUMBER, ""),
     (re.compile(r"(?m:^)(\d\d:\d\d:\d\d\.\d+) -> (.*)"), _timed),
 )
 """What most rows have, each another one, and what stands for it: the last is of the monitor of a serial port."""
@@ -35,7 +37,10 @@ def unwrapped(lines: Sequence[str]) -> Iterator[Callable[[str], str]]:
         yield _with_whole_rows
     last = [line for line in lines[-SAMPLE_LINES:] if line.strip()]
     for form, plain in ROW_WRAPPINGS:
-        if len({match[0] for line in last if (match := form.search(line))}) >= max(1, MOST_ROWS * len(last)):
+        found = [match for line in last if (match := form.search(line))]
+        # numbers that rise by more than one may be times
+        counts = form is not ROW_NUMBER or all(int(b[1]) - int(a[1]) == 1 for a, b in pairwise(found))
+        if counts and len({match[0] for match in found}) >= max(1, MOST_ROWS * len(last)):
             yield partial(form.sub, plain)
 
 

@@ -14,27 +14,29 @@ from mrfit.ingest.table import Table
 from mrfit.ingest.text.body import split
 from mrfit.ingest.text.layout import COMMENTS, name_and_unit
 
-RATE_NUMBER = r"(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*"
+RATE_NUMBER = r"(?:(?<!\d)\d{1,3}(?:[ \u00a0\u202f]\d{3}(?!\d))+|\d(?:\d|[.,'](?=\d))*\.?|\.\d+)"
 RATE_SAMPLES = r"(?:samples?|scans?|readings?|(?:mess)?werte)"
 SAMPLES_EACH_SECOND = rf"[km]?(?:sps|sa/s|s/s|{RATE_SAMPLES} ?(?:/|per|pro) ?(?:s(?:ec(?:onds?|\.)?)?|min(?:ute)?)\b)"
 EACH_SECOND = rf"(?:{SAMPLES_EACH_SECOND}|1?/s)"
 SPAN_UNIT = r"[muµn]?s(?:ec(?:onds?)?)?"
 _NEXT = r"(?<![\w.,])(?="
 """Where a number begins that comes before the words for what it is."""
-_SOME_HZ, _SOME_S = rf"\W*[\d.,e+]+[\s,;]*(?:[km]?hz|{EACH_SECOND})", rf"\W*[\d.,e+-]+[\s,;]*{SPAN_UNIT}\b"
+_SOME = r"\W{0,12}\d[\d.,e+-]{0,20}[\s,;]{0,4}"
+_SOME_HZ, _SOME_S = rf"{_SOME}(?:[km]?hz|{EACH_SECOND})", rf"{_SOME}{SPAN_UNIT}\b"
+"""A number with its unit; of few letters, as all marks may be alike."""
 WORDED_LABEL = (
     r"(?:(?:sampl(?:e|ing)|acquisition|scan|daq)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
     r"|(?<!auto)(?<!auto[-_ ])sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)"
     r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|freq(?:uency)?|interval|period|time)(?![a-z])"
 )
 """Of a rate or an interval, as its last word says."""
-OF_SAMPLING = rf"(?:sampling|sampled at|(?:{RATE_SAMPLES}|sampled|logging|logged|recorded) every)"
+OF_SAMPLING = r"(?:sampling|sampled at|(?:sampled|logging|logged|recorded) every)"
 """Words beside which a number with its unit is a rate or an interval, as the unit says."""
-SAMPLING_ABROAD = (
+SAMPLING_PERHAPS = (
     r"(?:(?:ab)?tast(?:ung|rate|frequenz|intervall|zeit|periode)|messrate|campionamento|[ée]chantillonnage|muestreo"
-    r"|amostragem|дискретизации|采样|サンプリング)"
+    rf"|amostragem|дискретизации|采样|サンプリング|{RATE_SAMPLES} every)"
 )
-"""The same in other languages, where words of filters and displays are not known as well."""
+"""The same in words of which others may be meant, as those of a filter or of a slow channel."""
 RATE_LABELS = (
     r"samples?[ _]?(?:per|/)[ _]?s(?:ec(?:onds?)?)?\b",
     r"(?:abtast|mess)(?:rate|frequenz)",
@@ -56,19 +58,19 @@ SPAN_LABELS = (
 ASSUMED_RATES = (
     r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)",
     r"[(\[](?:[kmµ]?n|[mµ]?m|[mk]?v|m?a|lbf|in)[)\]] ?@(?= ?[\d.,]+ ?[km]?hz\b)",
-    rf"{SAMPLING_ABROAD}(?={_SOME_HZ})",
+    rf"{SAMPLING_PERHAPS}(?={_SOME_HZ})",
     rf"{_NEXT}{RATE_NUMBER} ?{SAMPLES_EACH_SECOND})",
     rf"{_NEXT}{RATE_NUMBER} ?[km]?hz (?:sampling|acquisition|daq)\b(?!\D{{0,12}}\d))",
 )
 ASSUMED_SPANS = (
-    rf"{SAMPLING_ABROAD}(?={_SOME_S})",
+    rf"{SAMPLING_PERHAPS}(?={_SOME_S})",
     rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
 """Words for a rate or an interval that may be another's than the rows'."""
 STATED_RATE = re.compile(
     rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)})"
     rf"|(?P<assumed>{'|'.join(ASSUMED_RATES)}|(?P<assumed_span>{'|'.join(ASSUMED_SPANS)})))[^0-9+-]*?)\+?(?P<number>{RATE_NUMBER})(?P<power>e[+-]?\d+)?"
-    rf"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>{EACH_SECOND}|{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}|[a-zµ/]*)"
+    rf"(?!\d|[:/-]\d| \d(?!/s))[ \u00a0]*(?P<behind>{EACH_SECOND}|{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}|[a-zµ/]*)"
     r"[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
 )
@@ -228,8 +230,11 @@ def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement 
     plain = _plain(number.rstrip("."), delimiter, decimal, bool(behind))
     if plain is None:
         return text
-    value = float(plain + (power or ""))
-    if value <= 0.0:
+    try:
+        value = float(plain + (power or ""))
+    except ValueError:
+        return None
+    if not 0.0 < value < float("inf"):
         return None
     # a whole number is meant as it stands
     last = 0.5 * 10.0 ** (int((power or "e0")[1:]) - len(plain.partition(".")[2])) if "." in plain or power else 0.0

@@ -94,6 +94,12 @@ def test_a_text_beside_numbers_with_an_odd_mark_opens_no_cell(read_log: ReadLog)
     _check(read_log, f"{','.join(NAMES)},Note\n{rows}")
 
 
+def test_times_before_a_colon_are_no_numbers_of_lines(read_log: ReadLog) -> None:
+    rows = "".join(f"{5 * k}: {x} {f}\n" for k, (_, x, f) in enumerate(ROWS))
+    with pytest.raises(Refusal):
+        read_log(f"Sample rate: 1000 Hz\nStroke (mm) Force (N)\n{rows}")
+
+
 def test_one_text_in_all_rows_is_no_number_with_a_unit(read_log: ReadLog) -> None:
     rows = "".join(f"{','.join(row)},1A\n" for row in ROWS)
     (record,) = read_log(f"{','.join(NAMES)},Mode\n{rows}")

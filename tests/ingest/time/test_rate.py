@@ -63,7 +63,6 @@ from tests.ingest.conftest import ReadLog
         ("Sampling,2ms", 2e-3),
         ("Sampling: 500 points per revolution", None),
         ("2 ms/div", None),
-        ("one sample every 2 ms", 2e-3),
         ("Frame rate of the camera: 240 Hz", None),
         ("Baud rate: 115200", None),
         ("Ramp rate: 500 mm/s", None),
@@ -253,6 +252,9 @@ def test_only_the_beginning_of_a_long_line_states_a_rate() -> None:
         ("500 samples/s\nSample rate: 1 kHz", 1000.0),
         ("DAQ: NI 6009, 5 kHz DAQ module\nSample rate: 1000 Hz", 1000.0),
         ("Max,Sample rate\n9,5000\nSample rate,1000", 1000.0),
+        ("one sample every 2 ms", 500.0),
+        ("Bridge voltage readings every 10 ms\nSample rate: 1000 Hz", 1000.0),
+        ("NI USB-6211 250 kS/s\nSample rate: 1000 Hz", 1000.0),
         ("Sine 2 Hz Sample A", None),
         ("200 Hz scan of the bench", None),
         ("Test (sine) @ 100 Hz", None),
@@ -285,3 +287,11 @@ def test_a_rate_below_the_rows_is_read_and_one_that_is_assumed_only_where_no_tim
     assert record.dt == pytest.approx(2e-3)
     (record,) = read_log(f"Rate: 500 Hz\nTime (ms)\tForce (N)\n{ROWS}")
     assert record.dt == pytest.approx(1e-3) and "rate-assumed" not in {f.kind for f in record.findings}
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["sampling" + "," * 990, "1sps " * 200, "1'0'0 samples/s", "Sample interval: 1e400 s", "Sample rate 6211 250 Hz"],
+)
+def test_hostile_headers_take_no_time_and_state_nothing(line: str) -> None:
+    assert stated_interval([line])[0] is None
