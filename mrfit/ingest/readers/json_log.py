@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -141,14 +142,35 @@ def _by_name(content: Any) -> Any:
 
     Of records by their number, as pandas writes them, return the list.
     """
-    if isinstance(content, dict) and len(content) > 1 and all(map(str.isdigit, content)):
-        return list(content.values())
+    if isinstance(content, dict) and len(content) > 1 and all(_is_record(one) for one in content.values()):
+        rows, counted = _by_number(content)
+        return rows if counted else content
     if not isinstance(content, list) or not all(isinstance(one, dict) for one in content):
         return content
     named = {
         one["name"]: one for one in content if isinstance(one.get("name"), str) and not one.keys().isdisjoint(VALUES)
     }
     return named if content and len(named) == len(content) else content
+
+
+def _is_record(value: Any, deepest: int = DEEPEST_OBJECT) -> bool:
+    """Whether a value is an object of single values: with a list, or numbered values, it is a channel or a run."""
+    if not isinstance(value, dict) or not deepest or any(map(str.isdigit, value)):
+        return False
+    inner = [one for one in value.values() if isinstance(one, (list, dict))]
+    return all(_is_record(one, deepest - 1) for one in inner)
+
+
+def _by_number(content: Mapping[str, Any]) -> tuple[list[Any], bool]:
+    """Return the values of an object in the order of their numbers, and whether these count from 0 or 1.
+
+    They may be sorted as texts are (0, 1, 10, 2); those that do not count may be times.
+    """
+    if not content or not all(re.fullmatch(r"\d{1,20}", key) for key in content):
+        return [], False
+    order = sorted(content, key=int)
+    counted = int(order[0]) < 2 and all(int(b) - int(a) == 1 for a, b in pairwise(order))
+    return [content[key] for key in order], counted
 
 
 def _header_and_rows(content: list[Any]) -> tuple[dict[str, Any], list[Any]]:

@@ -178,6 +178,23 @@ def test_records_by_their_number(tmp_path: Path) -> None:
     assert record.dt == pytest.approx(2e-3) and list(record.channels) == ["force"]
 
 
+def test_channels_by_number_are_no_records(tmp_path: Path) -> None:
+    numbered = {"1": NAMED["x"], "2": NAMED["force"]}
+    channels = {n: {"name": "a", "data": data} for n, data in numbered.items()}
+    for key, inside in {"data": numbered, "channels": channels}.items():
+        (tmp_path / "run.json").write_text(json.dumps({"dt": 0.002, key: inside}))
+        (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+        assert list(recording.channels) == ["1", "2"]
+        np.testing.assert_allclose(recording.channels["2"], FORCE, atol=1e-9)
+
+
+def test_runs_by_number_keep_it(tmp_path: Path) -> None:
+    runs = {str(k): {"dt": 0.002, "units": UNITS, **NAMED} for k in (1, 2)}
+    (tmp_path / "run.json").write_text(json.dumps({"tests": runs}))
+    recordings = read([tmp_path / "run.json"], Settings()).recordings
+    assert [r.history[1] for r in recordings] == ["run 'tests.1' of the file", "run 'tests.2' of the file"]
+
+
 values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=4),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4),
