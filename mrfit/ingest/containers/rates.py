@@ -16,6 +16,7 @@ from mrfit.ingest.time.rate import (
     DECIMATION,
     LONG_BARE,
     LONG_PERIOD,
+    OF_SAMPLING,
     OTHERWISE,
     SPAN_WORDS,
     STATED_RATE,
@@ -31,6 +32,8 @@ PLAIN_WORDS = re.compile(
     r"|ai|ch|channels?|signals?|file|actual|nominal|measurement|device) ?)*"
 )
 """Words of the name of a rate, and those that may stand beside it where it is that of the rows."""
+WITH_UNIT = re.compile(rf"(?:.* )?{OF_SAMPLING}[ \d]*", re.IGNORECASE)
+"""Names that tell a rate or an interval only where a unit stands with the number, as the unit says."""
 WORDS_OF_HEADERS = frozenset(
     "meta metadata header info information attributes properties settings setup test log".split()
 )
@@ -192,7 +195,8 @@ def _statement(told: StatedNumber) -> _Statement | None:
     inner = "".join(_words(told.within)[-1:])
     of_other = words == ["rate"] and not (PLAIN_WORDS.fullmatch(inner) or inner in WORDS_OF_HEADERS)
     is_long = kind == "s" and words[-1] in ("time", "period") and dt >= LONG_PERIOD
-    sort = "doubtful" if OTHERWISE.search(around) or of_other or is_long else sort
+    of_none = not written and WITH_UNIT.fullmatch(" ".join(words))
+    sort = "doubtful" if OTHERWISE.search(around) or of_other or is_long or of_none else sort
     return _Statement(text, dt, sort, not written and dt > LONG_BARE)
 
 

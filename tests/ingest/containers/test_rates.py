@@ -27,6 +27,9 @@ from mrfit.ingest.containers.rates import StatedNumber, kind_of, stated_rate, te
         ({"fs": 500.0, "camera": {"fs": 30}}, 0.002),
         ({"fs": 500.0, "decimation": 1}, 0.002),
         ({"fs": 500.0, "logging_rate_hz": 500}, 0.002),
+        ({"sampling": "2 ms"}, 0.002),
+        ({"sampling_hz": 500}, 0.002),
+        ({"fs": 500.0, "sampling": 5}, 0.002),
     ],
 )
 def test_attributes_state_the_rate(about: dict[str, object], dt: float) -> None:
@@ -50,6 +53,8 @@ def test_attributes_state_the_rate(about: dict[str, object], dt: float) -> None:
         ({"ramp": {"rate": 2, "unit": "mm/s"}}, "ramp.rate = 2 mm/s"),
         ({"loading": {"rate": 5.0}}, "loading.rate = 5"),
         ({"rate": 100, "unit": "kN/s"}, "rate = 100 kN/s"),
+        ({"sampling": 5}, "sampling = 5"),
+        ({"data_sampling_1": 5}, "data_sampling_1 = 5"),
         ({"sample_time": "10 s"}, "sample_time = 10 s"),
     ],
 )
