@@ -27,8 +27,9 @@ from mrfit.ingest.readers.parquet import log_time
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head, body_bytes
-from mrfit.ingest.text.layout import CLOCK, STAMP, Header, name_and_unit, name_and_units
+from mrfit.ingest.text.layout import CLOCK, DATE_NAMES, STAMP, Header, name_and_unit, name_and_units
 from mrfit.ingest.text.long_format import long_format, sorted_out
+from mrfit.ingest.time.clocks import is_called_clock
 from mrfit.ingest.time.stamps import since_first
 
 SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with data; dt and units beside them")
@@ -45,6 +46,8 @@ JSON_FACTORS = (*SCALE_ATTRIBUTES, *COUNTED_SCALES, *OFFSET_ATTRIBUTES, *OTHER_F
 """Names of factors and offsets, which are said and never applied."""
 OF_UNIT = ".unit"
 """End of the name of the unit that stands with a number in a record."""
+PLAIN_CLOCK = re.compile(rf"(?=\d\d:\d\d:\d\d|.*[Mm]){CLOCK.pattern}")
+"""A time of day in two digits, or AM or PM, which is one whatever it is called."""
 DEEPEST_OBJECT = 4
 """Objects inside each other in which arrays are looked for."""
 
@@ -131,6 +134,7 @@ def _runs(content: Any, around: _RunArrays, depth: int) -> Iterator[_RunArrays]:
         own = [f"{n}.{k}" for n, v in content.items() if isinstance(v, dict) for k in _factors_in(v)]
         beside = dict(about.units) | _units_beside(content) | dict(found.units)
         factors = (*about.factors, *own)
+        about = replace(about, dt=None, unclear=found.unclear) if found.unclear else about
         yield replace(about, columns=found.columns, units=beside, words=found.words, factors=factors)
         return
     for name, inner in content.items():
@@ -194,16 +198,16 @@ def _columns(content: Mapping[str, Any]) -> _RunArrays:
     rows = next((content[n] for n in ROWS if isinstance(content.get(n), list)), None)
     if names and rows and all(isinstance(name, str) for name in names) and isinstance(rows[0], list):
         return _records([dict(zip(names, row, strict=False)) for row in rows if isinstance(row, list)])
-    found = {}
+    found, numbered = {}, {n: _by_number(v) for n, v in content.items() if isinstance(v, dict)}
     for name, value in content.items():
         inner = value
         if isinstance(value, dict):
-            inner = next((value[v] for v in VALUES if isinstance(value.get(v), list)), None)
-            if value and all(re.fullmatch(r"\d+", key) for key in value):
-                inner = list(value.values())
+            inner = numbered[name][0] or next((value[v] for v in VALUES if isinstance(value.get(v), list)), None)
         if isinstance(inner, list) and (numbers := _numbers(inner)) is not None:
             found[name] = numbers
-    return _RunArrays(found)
+    odd = [f"'{n}'" for n, (rows, counted) in numbered.items() if n in found and rows and not counted]
+    text = f"numbers that do not count the rows stand beside those of {few(odd, 5)}: no stated rate is used"
+    return _RunArrays(found, unclear=(Finding("rate-unclear", "", None, text),) if odd else ())
 
 
 def _records(rows: list[Any]) -> _RunArrays:
@@ -318,6 +322,22 @@ def _by_channel(table: Table, found: _RunArrays, source: Source) -> Table:
     return sorted_out(table, form, {k: found.words[places[k]] for k in form.texts}, source)
 
 
+def _written_time(words: Mapping[str, list[str]]) -> Column | None:
+    """Return the first texts that are stamps, or times of day, as times; None where there are none.
+
+    A mixture is written ``1:2:1``, too. Texts that never change, as the day of the test, are no times of rows.
+    """
+    for name, texts in words.items():
+        called = is_called_clock(name, None) or name.rpartition(".")[2].lower() in DATE_NAMES
+        clock = CLOCK if called else PLAIN_CLOCK
+        if len({*texts}) > 1 and all(STAMP.fullmatch(t) or clock.fullmatch(t) for t in texts):
+            try:
+                return Column(name, "s", since_first(texts, {}), -1)
+            except ValueError:  # no day of the calendar, or stamps among times of day
+                continue
+    return None
+
+
 def _table(found: _RunArrays, source: Source) -> Table:
     path, lengths = source.head.path, {name: len(values) for name, values in found.columns.items()}
     if len({*lengths.values()}) > 1:
@@ -332,10 +352,7 @@ def _table(found: _RunArrays, source: Source) -> Table:
         stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", "")) for n in named]
         name, unit = name_and_units(title, next(filter(None, stated), None))
         columns.append(Column(name, unit, values, place))
-    dated = (n for n, texts in found.words.items() if all(STAMP.fullmatch(t) or CLOCK.fullmatch(t) for t in texts))
-    time = log_time(columns, source.rules.time)
-    if time is None and (stamps := next(dated, None)):
-        time = Column(stamps, "s", since_first(found.words[stamps], {}), -1)
+    time = log_time(columns, source.rules.time) or _written_time(found.words)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
     table = _by_channel(table, found, source) if found.words else table

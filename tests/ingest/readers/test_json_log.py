@@ -195,6 +195,54 @@ def test_runs_by_number_keep_it(tmp_path: Path) -> None:
     assert [r.history[1] for r in recordings] == ["run 'tests.1' of the file", "run 'tests.2' of the file"]
 
 
+def _as_texts_are_sorted(values: list[Any], step: int = 1, first: int = 0) -> dict[str, Any]:
+    return dict(sorted((str(first + step * k), value) for k, value in enumerate(values)))
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("by_column", [True, False])
+def test_rows_by_number_are_read_in_its_order(by_column: bool, first: int, tmp_path: Path) -> None:
+    columns = {n: _as_texts_are_sorted(values, first=first) for n, values in NAMED.items()}
+    inside = columns if by_column else {"log": _as_texts_are_sorted(RECORDS, first=first)}
+    (tmp_path / "run.json").write_text(json.dumps({"dt": 0.002, "units": UNITS, **inside}))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    np.testing.assert_allclose(recording.channels["force"], FORCE, atol=1e-9)
+
+
+def test_numbers_that_do_not_count_the_rows_take_no_rate(tmp_path: Path) -> None:
+    columns = {n: _as_texts_are_sorted(values, 10) for n, values in NAMED.items()}
+    records = [{n: r[n] for n in NAMED} for r in RECORDS]
+    for inside, said in ((columns, "do not count the rows"), ({"log": _as_texts_are_sorted(records, 10)}, "no array")):
+        (tmp_path / "run.json").write_text(json.dumps({"dt": 0.002, **inside}))
+        with pytest.raises(Refusal, match=said):
+            read([tmp_path / "run.json"], Settings())
+    columns["t"] = _as_texts_are_sorted(list(TIME), 10)
+    (tmp_path / "run.json").write_text(json.dumps({"dt": 5.0, **columns, "stages": {"10": "a", "20": "b"}}))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert recording.dt == pytest.approx(0.002)
+    np.testing.assert_allclose(recording.channels["force"], FORCE, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "is_time"),
+    [
+        ("mix", "1:2:{}", False),
+        ("mix", "01:02:01", False),
+        ("made", "2026-11-28T10:00:01Z", False),
+        ("made", "2026-13-28T10:00:{:02d}Z", False),
+        ("time", "1:2:{}", True),
+        ("rig.clock", "9:02:{}", True),
+        ("seen", "09:02:{:02d}", True),
+        ("seen", "9:02:{} AM", True),
+    ],
+)
+def test_texts_are_times_where_their_name_or_form_says_so(name: str, form: str, is_time: bool, tmp_path: Path) -> None:
+    records = [{name: form.format(k), "force": r["force"]} for k, r in enumerate(RECORDS)]
+    (tmp_path / "run.json").write_text(json.dumps({"dt": 0.002, "units": UNITS, "rows": records}))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert recording.dt == pytest.approx(1.0 if is_time else 0.002)
+
+
 values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=4),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4),
