@@ -230,10 +230,10 @@ def test_numbers_that_do_not_count_the_rows_take_no_rate(tmp_path: Path) -> None
         ("mix", "01:02:01", False),
         ("made", "2026-11-28T10:00:01Z", False),
         ("made", "2026-13-28T10:00:{:02d}Z", False),
-        ("time", "1:2:{}", True),
-        ("rig.clock", "9:02:{}", True),
+        ("time", "1:02:{:02d}", True),
+        ("rig.clock", "9:02:{:02d}", True),
         ("seen", "09:02:{:02d}", True),
-        ("seen", "9:02:{} AM", True),
+        ("seen", "9:02:{:02d} AM", True),
     ],
 )
 def test_texts_are_times_where_their_name_or_form_says_so(name: str, form: str, is_time: bool, tmp_path: Path) -> None:
