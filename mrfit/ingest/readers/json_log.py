@@ -202,8 +202,8 @@ def _columns(content: Mapping[str, Any]) -> _RunArrays:
     for name, value in content.items():
         inner = value
         if isinstance(value, dict):
-            listed = (value[v] for v in VALUES if isinstance(value.get(v), list))
-            inner = numbered[name][0] or next(listed, value)
+            listed: list[Any] = [value[v] for v in VALUES if isinstance(value.get(v), list)]
+            inner = numbered[name][0] or next(iter(listed), value)
         if isinstance(inner, list) and (numbers := _numbers(inner)) is not None:
             found[name] = numbers
     odd = [f"'{n}'" for n, (rows, counted) in numbered.items() if n in found and rows and not counted]
