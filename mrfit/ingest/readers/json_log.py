@@ -200,10 +200,10 @@ def _columns(content: Mapping[str, Any]) -> _RunArrays:
         return _records([dict(zip(names, row, strict=False)) for row in rows if isinstance(row, list)])
     found, numbered = {}, {n: _by_number(v) for n, v in content.items() if isinstance(v, dict)}
     for name, value in content.items():
-        inner = value
+        inner: Any = value
         if isinstance(value, dict):
-            listed: list[Any] = [value[v] for v in VALUES if isinstance(value.get(v), list)]
-            inner = numbered[name][0] or next(iter(listed), value)
+            listed = [value[v] for v in VALUES if isinstance(value.get(v), list)]
+            inner = numbered[name][0] or (listed[0] if listed else None)
         if isinstance(inner, list) and (numbers := _numbers(inner)) is not None:
             found[name] = numbers
     odd = [f"'{n}'" for n, (rows, counted) in numbered.items() if n in found and rows and not counted]
