@@ -37,8 +37,6 @@ PLAIN, LOG, SAT = "plain", "log", "sat"
 FORMS = (PLAIN, LOG, SAT)
 # Current of the knee of a law that saturates, as a share of the greatest current tested
 KNEE = 0.5
-# Share of the range of current within which an end of it counts as 0 A
-NEAR_ZERO = 1e-4
 
 Order = int | str
 """Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump.
@@ -117,8 +115,7 @@ class CurrentDependence:
     def labels(self, order: Order, exact: bool = False) -> list[str]:
         """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above.
 
-        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``. What a sensor
-        shows at 0 A is called so.
+        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``.
         """
         below, above = set[int](), set[int]()
         for one, other in pairwise(self.pieces(order)):
@@ -129,9 +126,7 @@ class CurrentDependence:
         nodes = self.nodes(order).tolist()
         if exact:
             return [f"{i!r}A{end}" for i, end in zip(nodes, ends, strict=True)]
-        noise, ends_tested = NEAR_ZERO * (self.high - self.low), (self.low, self.high)
-        shown = [0.0 if i in ends_tested and abs(i) < noise else i for i in nodes]
-        written = [[f"{i:.{digits}g}A{end}" for i, end in zip(shown, ends, strict=True)] for digits in range(4, 18)]
+        written = [[f"{i:.{digits}g}A{end}" for i, end in zip(nodes, ends, strict=True)] for digits in range(4, 18)]
         return next((found for found in written if len(set(found)) == len(found)), written[-1])
 
     @property

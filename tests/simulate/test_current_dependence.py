@@ -311,10 +311,3 @@ def test_one_order_for_all_is_refused_where_the_current_is_an_input() -> None:
         orders_of(hammerstein_wiener.SPEC, "1")
     assert orders_of(hammerstein_wiener.SPEC, "0") == ()
     assert orders_of(hammerstein_wiener.SPEC, "c_pre=1") == (("c_pre", 1),)
-
-
-def test_what_a_sensor_shows_at_no_current_is_called_zero() -> None:
-    dependence = CurrentDependence((("fy", 2),), -4.293e-6, 2.0)
-    assert dependence.labels(2) == ["0A", "1A", "2A"]
-    assert dependence.labels(2, exact=True)[0] == "-4.293e-06A"
-    assert CurrentDependence((("fy", 2),), -0.02, 2.0).labels(2)[0] == "-0.02A"
