@@ -214,6 +214,8 @@ def progress_bar() -> Iterator[Progress]:
 class Lines:
     """A progress listener for pipes: an estimate first of what takes longer than ``EVERY`` s, and a line every so many.
 
+    A search may end before its last evaluation, so that the estimate is the most that is left.
+
     Attributes
     ----------
     clock
@@ -235,10 +237,10 @@ class Lines:
         whole = spent * total / max(done, 1)
         if task not in self.due:
             if spent >= self.FIRST and whole > self.EVERY and done < total:
-                note(f"{task}: about {whole:.0f} s")
+                note(f"{task}: up to {whole:.0f} s")
                 self.due[task] = start + self.EVERY
         elif now >= self.due[task] and done < total:
-            note(f"{task}: {done} of {total}, about {whole - spent:.0f} s left")
+            note(f"{task}: {done} of {total}, up to {whole - spent:.0f} s left")
             self.due[task] = now + self.EVERY
         if done >= total:
             self.started.pop(task, None)

@@ -264,8 +264,8 @@ def test_in_a_pipe_an_estimate_comes_first_and_a_line_every_ten_seconds(capsys: 
         lines("ride of tanh", done, 100)
         now[0] += 1.5
     said = capsys.readouterr().err.splitlines()
-    assert said[0] == "ride of tanh: about 30 s"
-    assert len(said) == 3 and all("of 100, about" in line for line in said[1:])
+    assert said[0] == "ride of tanh: up to 30 s"
+    assert len(said) == 3 and all("of 100, up to" in line for line in said[1:])
     now[0] = 0.0
     short = console.Lines(lambda: now[0])
     for done in range(11):
