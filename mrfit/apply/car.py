@@ -49,7 +49,7 @@ class Car:
         for name in ("sprung", "unsprung", "spring", "tyre", "tyre_damping"):
             value, may_be_zero = getattr(self, name), name in ("unsprung", "tyre_damping")
             if not (value > 0.0 or (may_be_zero and value == 0.0)):
-                least = "0 or more" if may_be_zero else "more than 0"
+                least = "0 or more" if may_be_zero else "a number above 0"
                 raise ConfigError(f"--{name.replace('_', '-')} takes {least}, not {value:g}")
 
     @property
