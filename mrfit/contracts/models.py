@@ -9,7 +9,15 @@ import pint
 from mrfit.contracts.check import Check, check_of, need, need_close
 from mrfit.contracts.signals import CONTRACT_SAMPLES, DT, for_models
 from mrfit.core.channels import CHANNELS
-from mrfit.core.protocols import HasDerived, HasFarStarts, HasReduced, HasSensitivities, HasStartValues, Model
+from mrfit.core.protocols import (
+    HasDerived,
+    HasFarStarts,
+    HasReduced,
+    HasSensitivities,
+    HasStartValues,
+    HoldsParameters,
+    Model,
+)
 from mrfit.core.specs import Array, ModelSpec
 
 _ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", "saturation", "coercive", ""}
@@ -152,8 +160,9 @@ def linear_parameters_are_jointly_affine(model: Model) -> None:
 
 
 def _may_vary(model: Model) -> bool:
-    constant = getattr(model, "CONSTANT_PARAMETERS", False)
-    return model.SPEC.output in ("force", "torque") and "current" not in model.SPEC.inputs and not constant
+    if isinstance(model, HoldsParameters):
+        return False
+    return model.SPEC.output in ("force", "torque") and "current" not in model.SPEC.inputs
 
 
 def parameters_may_vary_along_the_samples(model: Model) -> None:

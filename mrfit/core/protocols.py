@@ -231,6 +231,13 @@ class SeesCentred(Protocol):
 
 
 @runtime_checkable
+class HoldsParameters(Protocol):
+    """A model whose parameters cannot vary along the samples, as one that somebody else's code simulates."""
+
+    CONSTANT_PARAMETERS: bool
+
+
+@runtime_checkable
 class NeedsRise(Protocol):
     """An effect of the slot ``loop`` that is an equation only where the output of the model inside rises."""
 
