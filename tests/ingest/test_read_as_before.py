@@ -21,6 +21,9 @@ LOGS = {
     + rows(1000000000000 + 4096 * K, STROKE, FORCE),
     "a temperature called T": "Displacement (mm),Force (N),Temp. T,Time (s)\n" + rows(STROKE, FORCE, 20 + K, K / 1e3),
     "a temperature of the oil": "Time,Displacement (mm),Force (N),Oil.T\n" + rows(K / 1e3, STROKE, FORCE, 20 + K),
+    "a note in inches": RATE
+    + 'Note, "5 in\nDisplacement (mm),Force (N),Note\n'
+    + rows(STROKE, FORCE, ['"' if k == 3 else "" for k in K]),
     "a ratio": RATE + "Mix,Displacement (mm),Force (N)\n" + rows(["1:2:1"] * 120, STROKE, FORCE),
     "notes with units above": "Time,Displacement (mm),Force (N)\n".join(
         ["note of the operator\n" * 20, rows([f"{k / 1e3:.3f} s" for k in K], STROKE, FORCE)]

@@ -168,7 +168,7 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
     too_cold = name == "temperature" and lowest < COLDEST
     if size <= LARGEST[name] and not too_cold:
         return column
-    if column.name.isupper() and column.unit.startswith("M"):  # all is in capital letters
+    if name == "current" and column.name.isupper() and column.unit.startswith("M"):  # all is in capital letters
         small = f"m{column.unit[1:]}"
         text = f"'{column.name}' in '{column.unit}': taken as {small}; a channel map can say another"
         findings.append(Finding("unit-assumed", name, None, text))

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from mrfit.ingest.text.body import NUMBER_ROW
 from mrfit.ingest.text.labelled_numbers import LABEL, MOST_ROWS
@@ -50,7 +50,9 @@ def _with_whole_rows(text: str) -> str:
     lines, done = (text if end < 0 else text[:end]).split("\n"), list[str]()
     # the header's alone: a mark in a text beside numbers opens no row
     while lines and not NUMBER_ROW.match(lines[0].encode()):
-        whole = (k for k in range(2, MOST_WRAPPED) if not "".join(lines[:k]).count('"') % 2)
+        # of the names alone: a mark of inches opens no cell that goes on in the rows
+        names = list(takewhile(lambda line: not NUMBER_ROW.match(line.encode()), lines[:MOST_WRAPPED]))
+        whole = (k for k in range(2, len(names) + 1) if not "".join(names[:k]).count('"') % 2)
         count = next(whole, 1) if lines[0].count('"') % 2 and OPEN_CELL.search(lines[0]) else 1
         done += [" ".join(line.strip("\r") for line in lines[:count]), *[""] * (count - 1)]
         lines = lines[count:]

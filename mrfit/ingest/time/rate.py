@@ -80,13 +80,15 @@ OTHERWISE = re.compile(
     r"\b(?:max\w*|(?<!/)min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh"
     r"|plot|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
     r"|between|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
-    r"|filt\w*|cut-?off|band(?:width|breite)|probe|encoder|laser|thermo\w*|temperatur\w*"
+    r"|filt\w*|cut-?off|band(?:width|breite)"
     r"|valve|actuator|pump|motor|pid|regulator"
     r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*"
     r"|previous|earlier|low-?pass)\b",
     re.IGNORECASE,
 )
 """Words beside a rate that need not be the rate of the rows."""
+OF_OTHER_CHANNELS = re.compile(r"\b(?:probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
+"""Words beside which a rate without words of its own is that of another channel."""
 LONGEST_LINE = 1000
 """Letters of a line in which a rate is looked for: what is longer is a line of a table, or hostile."""
 ROUGHEST = 0.02
@@ -179,7 +181,8 @@ def stated_interval(
             elif OTHERWISE.search(_around(match)) or _is_duration(match, found) or found.is_bare_and_long:
                 doubtful.append(found.text)
             elif match["assumed"] is not None or place >= len(lines):
-                assumed += [found] * (found.interval <= 1.0 / SLOWEST_ASSUMED)
+                other = found.interval > 1.0 / SLOWEST_ASSUMED or OF_OTHER_CHANNELS.search(_around(match))
+                assumed += [found] * (not other)
             else:
                 clear.append(found)
     if not (clear or rivals or doubtful) and len({a.interval for a in assumed}) == 1:

@@ -200,9 +200,9 @@ def test_a_column_that_holds_the_rate_may_have_a_unit(read_log: ReadLog) -> None
         ("Sample rate: 1000 Hz multiplexed over 2 channels", None),
         ("Sample rate: 500 Hz\nResampling: none", 500.0),
         ("Tastkopf: 10 kHz Bandbreite\nAbtastrate: 1000 Hz", 1000.0),
-        ("Encoder 4096 samples/s", None),
         ("Filtro de muestreo 300 Hz", None),
         ("Temperature: 10 readings per minute\nSample rate: 1000 Hz", 1000.0),
+        ("Laser scan rate 500 Hz", 500.0),
         ("Previous file used a 1000 Hz sampling rate; this one differs", None),
     ],
 )
@@ -255,6 +255,7 @@ def test_only_the_beginning_of_a_long_line_states_a_rate() -> None:
         ("one sample every 2 ms", 500.0),
         ("Bridge voltage readings every 10 ms\nSample rate: 1000 Hz", 1000.0),
         ("NI USB-6211 250 kS/s\nSample rate: 1000 Hz", 1000.0),
+        ("Encoder 4096 samples/s", None),
         ("Sine 2 Hz Sample A", None),
         ("200 Hz scan of the bench", None),
         ("Test (sine) @ 100 Hz", None),
