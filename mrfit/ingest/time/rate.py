@@ -181,8 +181,8 @@ def stated_interval(
             elif OTHERWISE.search(_around(match)) or _is_duration(match, found) or found.is_bare_and_long:
                 doubtful.append(found.text)
             elif match["assumed"] is not None or place >= len(lines):
-                other = found.interval > 1.0 / SLOWEST_ASSUMED or OF_OTHER_CHANNELS.search(_around(match))
-                assumed += [found] * (not other)
+                slow = found.interval > 1.0 / SLOWEST_ASSUMED
+                assumed += [] if slow or OF_OTHER_CHANNELS.search(_around(match)) else [found]
             else:
                 clear.append(found)
     if not (clear or rivals or doubtful) and len({a.interval for a in assumed}) == 1:
