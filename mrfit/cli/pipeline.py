@@ -443,7 +443,8 @@ def _check_with_the_fits(config: PipelineFile, folder: Path, workspace: Workspac
         _expand(config.sheet.against, folder, "[sheet] against")
     made = {s.fit_name for s in config.fit}
     if config.compare and config.compare.models:
-        compared = {config.compare.of_models.name_of(model) for model in config.compare.of_models.names}
+        settings = config.compare.of_models
+        compared = {settings.name_of(model) for model in settings.names}
         # a fit made otherwise is not replaced by that of a comparison
         made |= {*compared, *(f"{name}.compare" for name in compared & {*workspace.fit_names()})}
     there = sorted({*workspace.fit_names()} - made)

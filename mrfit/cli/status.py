@@ -177,9 +177,8 @@ def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
     error = fit.pooled("holdout") or fit.pooled("train")
     holds = f"{fit.model} by {fit.optimizer}: {number_of('set', len(fit.results))} of parameters"
     if error and error.nrmse is not None:
-        holds += (
-            f", NRMSE {100.0 * error.nrmse:.3g} % {held_out(fit.per) if error.role == 'holdout' else 'in training'}"
-        )
+        where = held_out(fit.per) if error.role == "holdout" else "in training"
+        holds += f", NRMSE {100.0 * error.nrmse:.3g} % {where}"
     why = inputs.of_fits([fit])
     return Step("fit", name, holds, [r.condition for r in fit.results], fit.settings, fit.code, why.get(fit.name, ""))
 

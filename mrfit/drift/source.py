@@ -86,12 +86,11 @@ def read_values(inputs: Sequence[Path], settings: Settings) -> list[FitValue]:
         If there is no fit or table, one cannot be read, or none states its covariance.
     """
     found: list[FitValue] = []
-    if settings.at:
-        motion_of(settings.at)
+    motion = motion_of(settings.at) if settings.at else None
     for path in inputs:
         if not path.exists():
             raise DataError(f"{path}: {NO_FILE}")
-        if settings.at and not path.is_dir():
+        if motion and not path.is_dir():
             raise ConfigError(f"{path}: --at simulates the fits, which a table does not hold; give their workspaces")
         if path.is_dir():
             found += _of_workspaces(path, settings)
@@ -99,10 +98,9 @@ def read_values(inputs: Sequence[Path], settings: Settings) -> list[FitValue]:
             found += values_of_table(read_table(path), str(path))
         else:
             raise DataError(f"{path}: no workspace, and no table that ends in .parquet or .csv")
-    if settings.at and not any(v.parameter == GREATEST_FORCE for v in found):
-        current = motion_of(settings.at)[2]
+    if motion and not any(v.parameter == GREATEST_FORCE for v in found):
         raise ConfigError(
-            f"--at: no fit is of tests at {current:g} A; give one of their currents, or fit with --per all"
+            f"--at: no fit is of tests at {motion[2]:g} A; give one of their currents, or fit with --per all"
         )
     return completed(found, settings)
 

@@ -228,7 +228,8 @@ def prepare(dataset: Dataset, settings: Settings) -> FitPreparation:
     chosen, more = usable(chosen, recordings, assembly, roles)
     cautions = left_out_warnings([*left_out, *more], len(asked))
     cautions += choice.warnings if choice else []
-    cautions += piece_warnings(dependence, tested_currents(chosen, recordings)) if dependence else []
+    if dependence and dependence.has_breaks:
+        cautions += piece_warnings(dependence, tested_currents(chosen, recordings))
     used = [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
     cautions += doubtful_channels(used, {assembly.spec.output, *assembly.spec.inputs})
     cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []

@@ -48,15 +48,13 @@ def _floors(fit: Fit) -> list[str]:
         return []
     parts = [f"{METHODS.get(m, m)} in {number_of('segment', n)}" for m, n in counts.items()]
     text = f"The noise floor is {', '.join(parts)}"
-    lows, highs = ([s.noise_floor_bounds[k] for s in used if s.noise_floor_bounds[k] is not None] for k in (0, 1))
+    lows = [low for low, _ in (s.noise_floor_bounds for s in used) if low is not None]
+    highs = [high for _, high in (s.noise_floor_bounds for s in used) if high is not None]
     if lows and highs:
-        scale = output_unit(fit)
-        low, high = (
-            in_html(significant(scale.factor * v))
-            for v in (min(v for v in lows if v is not None), max(v for v in highs if v is not None))
-        )
+        scale, least = output_unit(fit), min(lows)
+        low, high = (in_html(significant(scale.factor * v)) for v in (least, max(highs)))
         text += f"; it lies between {low} and {high} {scale.unit}".rstrip()
-        if any(row.rmse is not None and row.rmse < min(v for v in lows if v is not None) for row in fit.metrics):
+        if any(row.rmse is not None and row.rmse < least for row in fit.metrics):
             text += ", and lower where the model leaves less"
     return [text + "."]
 

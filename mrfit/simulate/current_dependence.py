@@ -101,6 +101,11 @@ class CurrentDependence:
         """Whether any parameter depends on current."""
         return any(order for _, order in self.orders)
 
+    @property
+    def has_breaks(self) -> bool:
+        """Whether any parameter has several pieces."""
+        return any(_read(order)[1] for _, order in self.orders)
+
     def pieces(self, order: Order) -> tuple[CurrentPiece, ...]:
         """Return the polynomials of a parameter of this order, by rising current."""
         return pieces_between(order, self.low, self.high)

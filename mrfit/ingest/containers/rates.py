@@ -18,9 +18,9 @@ from mrfit.ingest.time.rate import (
     LONG_PERIOD,
     OF_SAMPLING,
     OTHERWISE,
-    SPAN_WORDS,
     STATED_RATE,
     interval,
+    kind_stated,
     of_kind,
 )
 
@@ -138,8 +138,7 @@ def _named(words: list[str]) -> tuple[str, bool, str]:
     for tried in ("Hz", "ms"):
         match = STATED_RATE.search(f"{label}: 1 {tried}")
         if match and match.end("number") > len(label):
-            kind = "s" if match["span"] is not None or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
-            return kind, not match["other"] and PLAIN_WORDS.fullmatch(label) is not None, unit
+            return kind_stated(match), not match["other"] and PLAIN_WORDS.fullmatch(label) is not None, unit
     return "", False, unit
 
 

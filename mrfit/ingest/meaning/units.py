@@ -123,8 +123,8 @@ def _registry() -> Any:
     import pint
 
     registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    # pint's own gauss and oersted are of the CGS system, and no part of a tesla or of A/m
     registry.define("windows_tick = 1e-7 second")
+    # pint's own gauss and oersted are of the CGS system, and no part of a tesla or of A/m
     registry.define("flux_gauss = 1e-4 tesla")
     registry.define("field_oersted = 1000 / (4 * pi) * ampere / meter")
     return registry

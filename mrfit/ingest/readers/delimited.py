@@ -185,10 +185,7 @@ def read_grid(
     sorting = form.texts if form else ()
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
-    # of columns named by paths the time is one
-    leaves = [] if source.rules.time else leaf_names(header.names)
-    named = [(n, u or v) for (n, u), v in zip(leaves, header.units, strict=True)] if leaves else []
-    called = replace(header, names=tuple(n for n, _ in named), units=tuple(u for _, u in named)) if named else header
+    called = header if source.rules.time else _called_by_leaf(header)
     time = _time_column(source, grid, called, numeric, stamps)
     received = [] if source.rules.time else _received(header, time, [*numeric, *stamps])
     numeric = [k for k in numeric if k not in received]
@@ -221,13 +218,22 @@ def read_grid(
         text = f"{shown} goes by the computer's clock: the device's own times, '{header.names[time or 0]}', are taken"
         sparse.append(Finding("two-clocks", "", None, text))
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
-    whole = source.block is None or source.block.last and source.block.line == 1
-    below = lines_below(text_of(source) if data is None else data, head.body_encoding) if whole else []
     table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)
-    if table.dt is None and not any(f.kind == "rate-unclear" for f in table.findings):
+    whole = source.block is None or source.block.last and source.block.line == 1
+    if whole and table.dt is None and not any(f.kind == "rate-unclear" for f in table.findings):
+        below = lines_below(text_of(source) if data is None else data, head.body_encoding)
         table = with_rate(table, below, grid.delimiter, shown)
     table = with_stated_factors(table, [line for line in head.lines[: grid.first] if line.strip() not in header.rows])
     return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
+
+
+def _called_by_leaf(header: Header) -> Header:
+    """Return a header whose columns are named by paths with the parts that differ, of which the time is one."""
+    leaves = leaf_names(header.names)
+    if not leaves:
+        return header
+    written = tuple(inner or unit for (_, inner), unit in zip(leaves, header.units, strict=True))
+    return replace(header, names=tuple(name for name, _ in leaves), units=written)
 
 
 def _sample_rows(head: Head, grid: TextGrid) -> list[list[str]]:
@@ -278,7 +284,7 @@ def _time_column(
     leaves = [(n.rpartition(".")[2] or n).strip().lower() for n in header.names]
     named = [k for k in numeric if header.names[k].strip().lower() in TIME_NAMES]
     named = named or [k for k in numeric if leaves[k] in TIME_NAMES - {"t"}]
-    named = named or [k for k in numeric if not timed and are_seconds_beside(leaves[k], leaves)]
+    named = named or [k for k in numeric if not timed and are_seconds_beside(header.names[k], header.names)]
     named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
         return axis

@@ -207,8 +207,10 @@ def _columns(content: Mapping[str, Any]) -> _RunArrays:
         if isinstance(inner, list) and (numbers := _numbers(inner)) is not None:
             found[name] = numbers
     odd = [f"'{n}'" for n, (rows, counted) in numbered.items() if n in found and rows and not counted]
+    if not odd:
+        return _RunArrays(found)
     text = f"numbers that do not count the rows stand beside those of {few(odd, 5)}: no stated rate is used"
-    return _RunArrays(found, unclear=(Finding("rate-unclear", "", None, text),) if odd else ())
+    return _RunArrays(found, unclear=(Finding("rate-unclear", "", None, text),))
 
 
 def _records(rows: list[Any]) -> _RunArrays:

@@ -102,7 +102,7 @@ def open_head(path: Path) -> Head:
         raise Refusal(path, "no such file", "check the path and its spelling") from None
     except OSError as error:
         raise Refusal(path, f"cannot be opened ({error.strerror or error})", "check its permissions") from None
-    unpacked = _unpacked(path, raw, size)
+    unpacked = _unpacked(path, raw)
     if unpacked is not None:
         raw, size = unpacked[:HEAD_BYTES], len(unpacked)
     _check_content(path, raw)
@@ -114,7 +114,7 @@ def open_head(path: Path) -> Head:
     return Head(path, size, raw, encoding, tuple(lines) if encoding else (), unpacked)
 
 
-def _unpacked(path: Path, raw: bytes, size: int) -> bytes | None:
+def _unpacked(path: Path, raw: bytes) -> bytes | None:
     """Return the text in an archive or a page, or of letters of four bytes; None of another file.
 
     Raises

@@ -50,10 +50,16 @@ def _with_whole_rows(text: str) -> str:
     lines, done = (text if end < 0 else text[:end]).split("\n"), list[str]()
     # the header's alone: a mark in a text beside numbers opens no row
     while lines and not NUMBER_ROW.match(lines[0].encode()):
-        # of the names alone: a mark of inches opens no cell that goes on in the rows
-        names = list(takewhile(lambda line: not NUMBER_ROW.match(line.encode()), lines[:MOST_WRAPPED]))
-        whole = (k for k in range(2, len(names) + 1) if not "".join(names[:k]).count('"') % 2)
-        count = next(whole, 1) if lines[0].count('"') % 2 and OPEN_CELL.search(lines[0]) else 1
+        count = _lines_of_row(lines[:MOST_WRAPPED])
         done += [" ".join(line.strip("\r") for line in lines[:count]), *[""] * (count - 1)]
         lines = lines[count:]
     return "\n".join([*done, *lines]) + ("" if end < 0 else text[end:])
+
+
+def _lines_of_row(lines: Sequence[str]) -> int:
+    """Return the number of lines of the first row of a header: more than one where a cell in quotes goes on."""
+    if not lines[0].count('"') % 2 or not OPEN_CELL.search(lines[0]):
+        return 1
+    # of the names alone: a mark of inches opens no cell that goes on in the rows
+    names = list(takewhile(lambda line: not NUMBER_ROW.match(line.encode()), lines))
+    return next((k for k in range(2, len(names) + 1) if not "".join(names[:k]).count('"') % 2), 1)

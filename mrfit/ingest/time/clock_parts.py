@@ -1,7 +1,7 @@
 """A clock whose parts stand in columns of their own: hours, minutes and seconds, or seconds and what is below them."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -85,7 +85,7 @@ def is_below_seconds(name: str) -> bool:
     return any(re.fullmatch(pattern, _plain(name)) for scale, _, pattern in CLOCK_PARTS if scale < 1.0)
 
 
-def are_seconds_beside(name: str, others: Iterable[str]) -> bool:
+def are_seconds_beside(name: str, others: Collection[str]) -> bool:
     """Whether a column called ``s`` is the seconds of a clock, since another is called as its hours or minutes."""
     words = [pattern for scale, _, pattern in CLOCK_PARTS if scale > 1.0]
     if "max" in map(_plain, others):

@@ -69,7 +69,8 @@ ASSUMED_SPANS = (
 """Words for a rate or an interval that may be another's than the rows'."""
 STATED_RATE = re.compile(
     rf"(?P<label>(?:{WORDED_LABEL}|{'|'.join(RATE_LABELS)}|(?P<span>{'|'.join(SPAN_LABELS)})"
-    rf"|(?P<assumed>{'|'.join(ASSUMED_RATES)}|(?P<assumed_span>{'|'.join(ASSUMED_SPANS)})))[^0-9+-]*?)\+?(?P<number>{RATE_NUMBER})(?P<power>e[+-]?\d+)?"
+    rf"|(?P<assumed>{'|'.join(ASSUMED_RATES)}|(?P<assumed_span>{'|'.join(ASSUMED_SPANS)})))[^0-9+-]*?)"
+    rf"\+?(?P<number>{RATE_NUMBER})(?P<power>e[+-]?\d+)?"
     rf"(?!\d|[:/-]\d| \d(?!/s))[ \u00a0]*(?P<behind>{EACH_SECOND}|{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}|[a-zµ/]*)"
     r"[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
@@ -168,8 +169,8 @@ def stated_interval(
     assumed: list[Statement] = []
     doubtful: list[str] = []
     lines = [line[:LONGEST_LINE] for line in lines]
-    stacked = _stacked(lines, delimiter)
-    for place, line in enumerate([*lines, *stacked]):
+    of_tables = _stacked(lines, delimiter)
+    for line, in_table in [*((line, False) for line in lines), *((line, True) for line in of_tables)]:
         for match in STATED_RATE.finditer(line):
             found = _statement(match, delimiter, decimal)
             if isinstance(found, str):
@@ -180,7 +181,7 @@ def stated_interval(
                 rivals.append(found)
             elif OTHERWISE.search(_around(match)) or _is_duration(match, found) or found.is_bare_and_long:
                 doubtful.append(found.text)
-            elif match["assumed"] is not None or place >= len(lines):
+            elif match["assumed"] is not None or in_table:
                 slow = found.interval > 1.0 / SLOWEST_ASSUMED
                 assumed += [] if slow or OF_OTHER_CHANNELS.search(_around(match)) else [found]
             else:
@@ -222,9 +223,8 @@ def _unclear(text: str) -> Finding:
 
 def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
     """Return the statement of a header, or its text where a mark may mean two things; None where it is no rate."""
-    label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
-    of_span = match["span"] is not None or match["assumed_span"] is not None or (word or "").lower() in SPAN_WORDS
-    kind = "s" if of_span else "Hz"
+    label, number, power, behind, beside = match.group("label", "number", "power", "behind", "beside")
+    kind = kind_stated(match)
     text = match.string[match.start() : match.end("behind" if behind else "beside")].strip(" ,;\t")
     written = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
     if written is None:
@@ -242,6 +242,12 @@ def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement 
     # a whole number is meant as it stands
     last = 0.5 * 10.0 ** (int((power or "e0")[1:]) - len(plain.partition(".")[2])) if "." in plain or power else 0.0
     return Statement(text, interval(value, unit), min(last / value, ROUGHEST), not written)
+
+
+def kind_stated(match: re.Match[str]) -> str:
+    """Return ``s`` where a match of ``STATED_RATE`` is of an interval, and ``Hz`` where it is of a rate."""
+    of_span = match["span"] is not None or match["assumed_span"] is not None
+    return "s" if of_span or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
 
 
 def _around(match: re.Match[str]) -> str:

@@ -42,7 +42,8 @@ class Quantity(Entry):
     @property
     def absent(self) -> Collection[str]:
         """Names of what is said of offsets and of logarithms alone."""
-        return [*(["added_to"] if self.added_to is None else []), *([] if self.logarithm else ["logarithm"])]
+        said = {"added_to": self.added_to is not None, "logarithm": self.logarithm}
+        return [name for name, is_said in said.items() if not is_said]
 
     def __post_init__(self) -> None:
         """Judge how well the data determine the value."""
