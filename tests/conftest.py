@@ -1,5 +1,6 @@
 """Shared by all tests: where the logs lie, and the command line as a user runs it."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -46,6 +47,13 @@ def pytest_sessionstart() -> None:
     import mrfit.kernels.jit  # noqa: F401
 
     commands.AROUND.update(os.environ)
+    gc.disable()  # nothing of what is collected here is let go of before the end
+
+
+def pytest_collection_finish() -> None:
+    """Leave the tests themselves out of every later search for garbage: there are more than ten thousand."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

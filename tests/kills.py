@@ -166,7 +166,8 @@ def killed(stage: str, folder: Path, after: float) -> bool:
 @contextmanager
 def undisturbed(wanted: Sequence[str]) -> Iterator[tuple[Path, dict[str, float]]]:
     """Give a folder with the workspaces as they are before and after each wanted stage, and the seconds each takes."""
-    needed = {name for stage in wanted for name in (*PREPARING[STAGES[stage][0]], stage)}
+    turn = list(STAGES).index
+    needed = {name for stage in wanted for name in PREPARING[STAGES[stage][0]] if turn(name) < turn(stage)} | {*wanted}
     with tempfile.TemporaryDirectory() as place:
         folder, seconds = Path(place) / "logs", {}
         folder.mkdir()

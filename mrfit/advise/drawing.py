@@ -2,7 +2,7 @@
 
 import io
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from mrfit.advise.specimen import rows_of
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array
 from mrfit.report.figures import LOOPS, PALETTE, canvas_of
+from mrfit.report.paper import DASHES
 from mrfit.report.svg import Axes, style, to_svg
 
 if TYPE_CHECKING:
@@ -88,7 +89,13 @@ def _typical(drawn: Array, point: Array) -> Array:
 def _draw(axes: "Axes", curves: list[_DrawnCurve]) -> None:
     for k, curve in enumerate(curves):
         every = max(1, len(curve.output) // LOOP_POINTS)
-        axes.plot(curve.across[::every], curve.output[::every], color=PALETTE[k % len(PALETTE)], label=curve.name)
+        axes.plot(curve.across[::every], curve.output[::every], label=curve.name, **_look(k))
+
+
+def _look(number: int) -> dict[str, Any]:
+    """Return colour and dashes of a curve: more rivals than colours differ in dashes."""
+    again, colour = divmod(number, len(PALETTE))
+    return {"color": PALETTE[colour], "ls": DASHES[again % len(DASHES)]}
 
 
 def _draw_apart(axes: "Axes", curves: list[_DrawnCurve], time: Array, noise: float) -> None:
@@ -96,4 +103,4 @@ def _draw_apart(axes: "Axes", curves: list[_DrawnCurve], time: Array, noise: flo
     for k, curve in enumerate(curves[1:], start=1):
         every = max(1, len(curve.output) // LOOP_POINTS)
         apart = curve.output - curves[0].output
-        axes.plot(time[::every], apart[::every], color=PALETTE[k % len(PALETTE)])
+        axes.plot(time[::every], apart[::every], **_look(k))

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from mrfit.advise.drives import Test
+from mrfit.advise.rivalry import ERRORS_APART
 from mrfit.advise.rivals import NO_MORE_RIVALS
 from mrfit.advise.specimen import CURRENT, TEMPERATURE, Channels
 from mrfit.core.channels import unit_of
+from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.advice import AdvisedTest, Pair, Width
@@ -78,6 +80,8 @@ def of_rivals(pairs: Sequence[Pair], tests: Sequence[AdvisedTest], companion: Ad
             "Else give wider limits.",
         ]
     first = tests[0]
+    told = [k for k in apart if first.distances[k] >= ERRORS_APART]
+    left, apart = len(apart) - len(told), told or apart
     weakest = min(apart, key=lambda k: first.distances[k])
     nearest = " and ".join(map(_rival, pairs[weakest].names))
     said = [
@@ -85,6 +89,8 @@ def of_rivals(pairs: Sequence[Pair], tests: Sequence[AdvisedTest], companion: Ad
         f"{number(first.distances[weakest])} standard errors apart ({nearest}); "
         f"in the data there are it is {number(pairs[weakest].before)}."
     ]
+    if left and told:
+        said.append(f"It leaves {number_of('more pair', left)} closer that another test separates: ask again after it.")
     if companion is not None:
         said.append(f"Then run {companion.text}, {_length(companion)}, so that a test of this kind can be held out.")
     never = [p.names for p in pairs if not p.separable]

@@ -20,7 +20,7 @@ from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive, within_noise
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
-from mrfit.fit.laws.choice import LawChoice
+from mrfit.fit.laws.choice import LawChoice, laws_of_roles
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.refined import refined
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
@@ -28,7 +28,17 @@ from mrfit.fit.select import doubtful_channels, left_out_warnings, named, read_d
 from mrfit.io.columns import LazyArrays, laid_beside
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key, law_code, segments_digest
-from mrfit.io.schemas.fit import Caution, Fit, FoundPoint, Level, MetricRow, PartialFit, Result, SegmentUse
+from mrfit.io.schemas.fit import (
+    Caution,
+    CurrentChoice,
+    Fit,
+    FoundPoint,
+    Level,
+    MetricRow,
+    PartialFit,
+    Result,
+    SegmentUse,
+)
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace, check_name, checked, write_json
 from mrfit.kernels.jit import is_cold
@@ -555,6 +565,14 @@ def segment_use(part: SegmentPart, offset: float, floor: NoiseFloor) -> SegmentU
     )
 
 
+def _laws_chosen(settings: Settings, prepared: FitPreparation) -> CurrentChoice | None:
+    """Return the choice of the laws of current; None where the user made it, and where no parameter varies."""
+    if prepared.choice:
+        return prepared.choice.about
+    dependence = prepared.dependence if settings.current_order == "auto" else None
+    return laws_of_roles(dependence) if dependence and dependence.varies else None
+
+
 def _summary(runner: _Runner, asked: Settings, pieces: Sequence[GroupFit], metrics: list[MetricRow]) -> Fit:
     settings, spec = runner.settings, runner.assembly.spec
     return Fit(
@@ -571,7 +589,7 @@ def _summary(runner: _Runner, asked: Settings, pieces: Sequence[GroupFit], metri
         versions={p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         settings={k: v for k, v in asdict(asked).items() if k != "jobs"},
         current_dependence=kept(runner.prepared.dependence),
-        current_choice=runner.prepared.choice.about if runner.prepared.choice else None,
+        current_choice=_laws_chosen(settings, runner.prepared),
         output=spec.output,
         inputs=list(spec.inputs),
         equation=spec.equation,

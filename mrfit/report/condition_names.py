@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from itertools import zip_longest
 
 _VALUE = re.compile(r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)([A-Za-zµ°Ω].*)")
 
@@ -19,16 +20,16 @@ def differing_parts(names: Sequence[str], separator: str) -> dict[str, str]:
     Returns
     -------
     dict of str
-        Empty text for a name that is alone; the whole name where the numbers of parts differ.
+        Empty text for a name that is alone; the whole name of a condition where the numbers of parts differ.
     """
     # the sign of a negative value, or of an exponent, separates nothing
     split = {name: re.split(rf"(?<!-)(?<!\de){re.escape(separator)}", name) for name in names}
     if len(split) == 1:
         return dict.fromkeys(names, "")
-    if len({len(parts) for parts in split.values()}) > 1:
+    if len({len(parts) for parts in split.values()}) > 1 and separator == "-":
         return {name: name for name in names}
-    kept = [k for k, column in enumerate(zip(*split.values(), strict=True)) if len(set(column)) > 1]
-    return {name: ", ".join(spaced(parts[k]) for k in kept) for name, parts in split.items()}
+    kept = [k for k, column in enumerate(zip_longest(*split.values())) if len(set(column)) > 1]
+    return {name: ", ".join(spaced(p[k]) for k in kept if k < len(p)) or name for name, p in split.items()}
 
 
 def spaced(part: str) -> str:

@@ -9,6 +9,9 @@ from mrfit.io.schemas.fit import Fit, Quantity
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant, with_interval
 
+NEXT_TO_NOTHING = 0.005
+"""Share of half an interval about 0 below which a value is 0."""
+
 
 def words_of(q: Quantity) -> str:
     """Return the state of a parameter in words, empty where it is well determined or held."""
@@ -26,6 +29,9 @@ def words_of(q: Quantity) -> str:
 
 def measured(p: EffectParameter | Quantity) -> str:
     """Return a value with half its interval behind it, or both ends where it does not lie in the middle."""
+    if p.low is not None and p.high is not None and abs(p.value) < NEXT_TO_NOTHING * 0.5 * (p.high - p.low):
+        factor, unit = prefixed(0.5 * (p.high - p.low), p.unit)
+        return f"0 ± {in_html(significant(0.5 * factor * (p.high - p.low), 2))} {unit}".strip()
     factor, unit = prefixed(abs(p.value), p.unit)
     value, low, high = with_interval(factor * p.value, *(None if e is None else factor * e for e in (p.low, p.high)))
     if p.low is None or p.high is None or p.low == p.high:

@@ -122,7 +122,9 @@ def region_figure(regions: Sequence[Where], name: str, title: str) -> figures.Fi
     axes.grid(axis="y", visible=False)
     canvas.legend(loc="outside upper right", ncols=2)
     first = regions[0]
-    caption = "Where a region holds more of the squared error than of the samples, the model is wrong. Regions overlap."
+    caption = (
+        "The model errs in a region that clearly holds more of the squared error than of the samples. Regions overlap."
+    )
     alt = (
         f"Bars; first {first.region}: {percent(first.share_of_error)} of the error in "
         f"{percent(first.share_of_samples)} of the samples."

@@ -157,7 +157,7 @@ def _noise_floor(found: DiscoveryFile) -> str:
     known = [(low, high) for low, high in bounds if low is not None and high is not None]
     if not known or len(known) < len(bounds):
         return "the noise floor is not known"
-    return f"the noise floor lies between {percent(min(known)[0])} and {percent(max(high for _, high in known))}"
+    return f"the noise floor lies between about {percent(min(known)[0])} and {percent(max(high for _, high in known))}"
 
 
 def _plain(found: DiscoveryFile) -> list[str]:

@@ -205,7 +205,7 @@ def loop_figures(fit: Fit, series: Sequence[OutputSeries], channel: str) -> list
 
     labels = axis_label(symbol_of(channel), across_unit, channel), axis_label(symbol_of(fit.output), unit, fit.output)
     what = f"{fit.output}–{channel} loop".replace("_", " ")
-    caption = f"Measured and simulated over two cycles.{_WORST}"
+    caption = f"Measured and simulated over two cycles (the whole record where the test is not periodic).{_WORST}"
     about = (f"loop-{channel}".replace("_", "-"), what[0].upper() + what[1:], caption, labels)
     return _grids(fit, series, draw, about)
 

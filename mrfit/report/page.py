@@ -1,12 +1,15 @@
 """The report as one HTML file that opens offline: style and figures inside, no address outside."""
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from markupsafe import Markup
 
+from mrfit.core import registry
 from mrfit.core.setting import SettingField, defined
+from mrfit.errors import MrfitError
 from mrfit.io.outdated import remedy
 from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
@@ -114,6 +117,7 @@ class FitSection:
     fit: Fit
     unit: str
     facts: Sequence[tuple[str, str]]
+    equations: Sequence[str]
     verdict: Sequence[str]
     doubts: Sequence[Doubt]
     cautions: Sequence[GroupedWarning]
@@ -175,6 +179,7 @@ def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: ReportSourc
         fit=fit,
         unit=scale.unit,
         facts=_facts(fit),
+        equations=_equations(fit),
         verdict=[*verdict(fit), *sentences(fit)],
         doubts=doubts(fit, source),
         cautions=cautions(fit),
@@ -202,6 +207,17 @@ def _sets(sets: Sequence[tuple[str, Sequence[Quantity]]]) -> list[Sets]:
         )
         for number, (a, b) in enumerate(zip(edges, edges[1:], strict=False), start=1)
     ]
+
+
+def _equations(fit: Fit) -> list[str]:
+    """Return the equations of a fit's model and of its effects, and the parameters that the current moves."""
+    found = [fit.equation] if fit.equation else []
+    for name in registry.elements(fit.model)[1]:
+        with suppress(MrfitError):  # a plug-in that is not loaded
+            found.append(f"{name}: {registry.load('effect', name).SPEC.equation}")
+    moved = fit.current_dependence.orders if fit.current_dependence else {}
+    names = [name for name, order in moved.items() if order]
+    return [*found, f"parameters over the current i: {', '.join(names)}"] if names else found
 
 
 def _facts(fit: Fit) -> list[tuple[str, str]]:

@@ -15,6 +15,7 @@ from mrfit.report.curves import worst_of_each
 from mrfit.report.figures import FIGURE_WIDTH, Drawing, Figure, error_figure, has_errors
 from mrfit.report.numbers import unit_html
 from mrfit.report.paper import FitSeries
+from mrfit.report.paper_stage import with_room
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import has_profiles, profiles
 from mrfit.report.source import OutputSeries
@@ -66,8 +67,6 @@ def corner(fit: Fit, width: float) -> "Canvas":
 
 
 PAGE_POINTS = 400
-FEW_LEVELS = 2
-"""Conditions whose correlation is drawn: the worst and that about the median."""
 
 
 def brief_drawings(fit: Fit, segments: Sequence[Segment]) -> list[Drawing]:
@@ -89,9 +88,7 @@ def more_drawings(fit: Fit, series: Sequence[OutputSeries], segments: Sequence[S
     finite = [s for s in worst_of_each(series) if s.error < float("inf") and s.error > 0.0]
     if finite:
         made.append(partial(_predicted, FitSeries(fit, finite)))
-        order = sorted(finite, key=lambda s: s.error)
-        chosen = {id(order[-1]), id(order[len(order) // 2])}
-        made.append(partial(_correlation, FitSeries(fit, [s for s in finite if id(s) in chosen][:FEW_LEVELS])))
+        made.append(partial(_correlation, FitSeries(fit, with_room(FitSeries(fit, finite), "correlation", "none", 1))))
     if any(len([c for c in r.starts or [] if c]) > 1 for r in fit.results):
         made.append(partial(_starts, fit))
     if has_profiles(fit):
@@ -127,8 +124,8 @@ def _predicted(drawn: FitSeries) -> Figure:
 def _correlation(drawn: FitSeries) -> Figure:
     caption = (
         "Correlation of the residual, measured minus simulated, with itself and with each input, the residual later by "
-        "the lag, in the condition of the largest error and in that about the median. The band holds 95 % of what "
-        "chance makes of independent samples."
+        "the lag, in the conditions of the least and of the largest error. The band holds 95 % of what chance makes of "
+        "independent samples."
     )
     canvas = paper.correlation(drawn, FIGURE_WIDTH)
     return _figure(drawn.fit, canvas, ("correlation", "Correlation of the residual", caption))

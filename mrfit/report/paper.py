@@ -5,6 +5,7 @@ Text is 7 pt or more at that width. Curves differ in lightness and in their dash
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -217,9 +218,12 @@ def legend_above(canvas: "Canvas", handles: Sequence["Line2D"], width: float) ->
     """
     if len(handles) < 2:
         return
-    longest = max(len(str(one.get_label())) for one in handles)
+    for one in handles:
+        one.set_label(fill(str(one.get_label()), max(int((width - ENTRY) / CHARACTER), 1)))
+    longest = max(len(line) for one in handles for line in str(one.get_label()).splitlines())
+    lines = max(str(one.get_label()).count("\n") + 1 for one in handles)
     columns = min(max(int(width / (ENTRY + CHARACTER * longest)), 1), len(handles))
-    canvas.set_figheight(canvas.get_figheight() + LEGEND_ROW * -(-len(handles) // columns))
+    canvas.set_figheight(canvas.get_figheight() + LEGEND_ROW * lines * -(-len(handles) // columns))
     canvas.legend(handles=handles, loc="outside upper center", ncols=columns, columnspacing=1.2, borderpad=0.1)
 
 

@@ -111,8 +111,9 @@ def _meaning(q: Quantity) -> Cell:
     """Return the meaning of a parameter, without the current at which it is given."""
     if node_of(q.name) is not None:
         return words(q.text.rpartition(" at ")[0])
-    if power := re.match(r"coefficient of i\^(\d)", q.text):
-        return Cell(f"coefficient of $i^{power[1]}$", "coefficient of i1")
+    if power := re.match(r"coefficient of i\^(\d)( of ln\(\w+\))?", q.text):
+        of = escape_latex(power[2] or "")
+        return Cell(f"coefficient of $i^{power[1]}${of}", f"coefficient of i1{of}")
     if power := re.match(r"coefficient of \(([\d.e+-]+) A\*tanh\(i/.*\)\)\^(\d)", q.text):
         # of a current that saturates
         knee = rf"{power[1]}\,\mathrm{{A}}"

@@ -53,7 +53,7 @@ def _floors(fit: Fit) -> list[str]:
     if lows and highs:
         scale, least = output_unit(fit), min(lows)
         low, high = (in_html(significant(scale.factor * v)) for v in (least, max(highs)))
-        text += f"; it lies between {low} and {high} {scale.unit}".rstrip()
+        text += f"; it lies between about {low} and {high} {scale.unit}".rstrip()
         if any(row.rmse is not None and row.rmse < least for row in fit.metrics):
             text += ", and lower where the model leaves less"
     return [text + "."]

@@ -148,13 +148,23 @@ def _sections(one: Signals, prefix: str, logs: int) -> Iterator[Section]:
     recording = one.recording
     points = int(np.clip(ALL_POINTS / logs / max(len(recording.channels), 1), FEWEST_POINTS, SERIES_POINTS))
     facts = f"{recording.source}: {recording.samples} samples of {recording.dt:.6g} s, {one.seconds:.6g} s"
-    words = "Shaded: steady cycles. Lines: warnings. Drag, or click a row below, to zoom; double click for all."
+    words = (
+        "Shaded: steady cycles, or all that is used where there are none. Lines: warnings. Drag, or click a row below, "
+        "to zoom; double click for all."
+    )
     thin = f" Of every stretch its least and greatest sample, {points} in all." if points < recording.samples else ""
     figures = [SectionFigure("Series.", words + thin, _series(one, points))]
     panels = _loops(one)
     if panels:
         draws = [partial(_draw_loop, one=one, up=up, over=over) for up, over in panels]
-        figures.append(drawn(prefix, "Loops.", f"The first {LOOP_CYCLES:g} cycles of every shaded stretch.", draws))
+        figures.append(
+            drawn(
+                prefix,
+                "Loops.",
+                f"The first {LOOP_CYCLES:g} cycles of every shaded stretch, all of one without cycles.",
+                draws,
+            )
+        )
     yield Section(recording.id, [facts, *one.said], (), figures)
     cuts = [
         [

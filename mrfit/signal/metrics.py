@@ -46,7 +46,13 @@ METRICS: tuple[Metric, ...] = (
     Metric("esr", "ESR", "%", "100 · Σ(y − ŷ)² / Σ(y − ȳ)²", "Savaia et al., figure 16, after Savaresi et al. (2005)"),
     Metric("relative_rmse", "relative RMSE", "1", "RMSE / √(mean y²)", "explicit inverse model (tanh), RMSE tables"),
     Metric("err_peak", "peak error", "1", "RMSE / max |y|", "explicit inverse model (tanh), eq. 12"),
-    Metric("err_energy", "energy error", "1", "|E − Ê| / |E|", "explicit inverse model (tanh), eq. 13"),
+    Metric(
+        "err_energy",
+        "energy error",
+        "1",
+        "|E − Ê| / |E|, of several tests of their sums",
+        "explicit inverse model (tanh), eq. 13",
+    ),
     Metric("fit_percent", "fit", "%", "100 · (1 − ‖y − ŷ‖ / ‖y − ȳ‖)", "System Identification Toolbox"),
 )
 

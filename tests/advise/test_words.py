@@ -35,6 +35,16 @@ def test_effects_that_no_test_would_show_are_said_as_such() -> None:
     assert "it puts the model as found and c at least 4 standard errors apart (the model as found and c)" in put
 
 
+@pytest.mark.parametrize(("distance", "least", "left"), [(2.0, "4", True), (3.5, "3.5", False)])
+def test_a_pair_that_another_test_separates_is_left_to_it(distance: float, least: str, left: bool) -> None:
+    pairs = [Pair(names=n, before=0.5, separable=True) for n in (("a", "b"), ("c", "d"))]
+    own = {"kind": "sine", "numbers": {}, "distances": (4.0, distance)}
+    test = AdvisedTest(text="a sine", seconds=10.0, waiting=0.0, worth=1.0, drive="test-1.csv", **own)
+    said = " ".join(of_rivals(pairs, [test], None))
+    assert f"at least {least} standard errors apart" in said and ("puts a, b, c" in said) != left
+    assert ("It leaves 1 more pair closer that another test separates" in said) == left
+
+
 def test_drives_of_another_advice_are_noted_as_replaced_and_the_same_ones_are_not(tmp_path: Path) -> None:
     content = AdviceFile(
         goal="parameters", model="tanh", text=(), tests=(), rig={}, looked_at=1, refused=0, noise=1.0, seed=0, code=""

@@ -7,7 +7,7 @@ from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Quantity
 from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import plain
-from mrfit.report.determined import counted, words_of
+from mrfit.report.determined import counted, measured, words_of
 
 
 def quantity(value: float, low: float | None, high: float | None, bounds=(0.1, 1e3), **more) -> Quantity:
@@ -41,6 +41,19 @@ def quantity(value: float, low: float | None, high: float | None, bounds=(0.1, 1
 )
 def test_states(q, state, words):
     assert (q.determined, words_of(q)) == (state, words)
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "shown"),
+    [
+        (-6.4e-9, 381e-6, "0 ± 381 µs"),
+        (-5e-6, 381e-6, "-5.00 ± 381 µs"),
+        (0.0, 0.25, "0 ± 0.25 s"),
+        (0.02006, 0.00016, "20.06 ± 0.16 ms"),
+    ],
+)
+def test_a_value_that_is_nothing_within_its_interval_is_0_in_the_unit_of_the_interval(value, half, shown):
+    assert measured(quantity(value, value - half, value + half, unit="s")) == shown.replace("-", "−")
 
 
 def test_held_parameters_do_not_count():

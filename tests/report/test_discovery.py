@@ -343,7 +343,10 @@ def test_what_would_take_part_of_the_gap_is_said_with_what_could_stand_instead()
 @pytest.mark.parametrize(
     ("bounds", "said"),
     [
-        ({HELD_OUT: (0.003, 0.006), "sine-1Hz-1A": (0.001, 0.5)}, "the noise floor lies between 0.300 % and 0.600 %."),
+        (
+            {HELD_OUT: (0.003, 0.006), "sine-1Hz-1A": (0.001, 0.5)},
+            "the noise floor lies between about 0.300 % and 0.600 %.",
+        ),
         ({HELD_OUT: (0.003, None), "sine-1Hz-1A": (0.001, 0.5)}, "the noise floor is not known."),
         ({}, "the noise floor is not known."),
     ],

@@ -50,6 +50,12 @@ def titles(canvas: Figure) -> list[str]:
         (["sine-1A", "step-2Hz-1A"], "-", ["sine-1A", "step-2Hz-1A"]),
         (["tanh.auto.all", "spencer.auto.all"], ".", ["tanh", "spencer"]),
         (["tanh.auto.all", "tanh.lsq.all"], ".", ["auto", "lsq"]),
+        (
+            ["tanh.auto.all", "tanh.auto.all.again", "bingham.lsq.all"],
+            ".",
+            ["tanh, auto", "tanh, auto, again", "bingham, lsq"],
+        ),
+        (["tanh.auto", "tanh.auto.again"], ".", ["tanh.auto", "again"]),
         (["sine-5Hz-2mm-0A"], "-", [""]),
     ],
 )

@@ -5,10 +5,10 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mrfit.io.schemas.fit import CurrentChoice
+from mrfit.io.schemas.fit import CurrentChoice, FitDependence
 from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings
 from mrfit.report.figures import draw_all, drawings_of, worst_and_typical
-from mrfit.report.page import rankings, render
+from mrfit.report.page import _equations, rankings, render
 from mrfit.report.source import read_source
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
@@ -195,6 +195,21 @@ def test_page_tells_what_was_run_and_read(coil):
         "no, in 1 of 1",
     ):
         assert said in text, said
+
+
+@pytest.mark.parametrize(
+    ("model", "moved", "said"),
+    [
+        ("tanh", None, []),
+        ("tanh+current-lag", None, ["current-lag: d(i_sim)/dt = (i(t - t_d) - i_sim)/tau"]),
+        ("tanh", {"fy": 2, "c": 0}, ["parameters over the current i: fy"]),
+        ("tanh+not-loaded", None, []),
+    ],
+)
+def test_the_equations_are_those_of_the_model_and_of_its_effects(coil, model, moved, said):
+    dependence = moved and FitDependence(orders=moved, low=0.0, high=2.0)
+    fit = replace(read_source(coil[0], ()).fits[0], model=model, equation="F = …", current_dependence=dependence)
+    assert _equations(fit) == ["F = …", *said]
 
 
 def test_several_fits_are_compared(coil):

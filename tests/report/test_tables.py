@@ -116,6 +116,13 @@ def test_joint_fit_is_set_out_one_parameter_a_row(fits):
     assert r"$C_\infty$ & \raggedright\hspace{0pt}what C\_inf is & N\,s/m & \mrfitvalue{3012}{40}{40}{} \\" in text
 
 
+@pytest.mark.parametrize("of", [" of ln(a1)", " of c"])
+def test_a_coefficient_of_a_logarithm_is_told_as_one(fits, of):
+    row = replace(fits[1].results[0].parameters[0], name="a1.i0", text=f"coefficient of i^0{of}")
+    text = fit_tex(replace(fits[1], results=[replace(fits[1].results[0], derived=[row])]))
+    assert "coefficient of $i^0$" in text and ("of ln(a1)" in text) == ("ln" in of)
+
+
 def at_currents(fit: Fit) -> Fit:
     first, *_ = fit.results[0].parameters
     values = {0.0: 100.0, 1.0: 400.0, 2.5: 650.0}

@@ -52,7 +52,7 @@ def test_a_model_that_leaves_less_than_the_bounds_lowers_the_noise_floor(fits, r
     use = SegmentUse(id="a#0", condition="a", role="train", **found)
     fit = with_metrics(fits[1], metric("all", "train", rmse, 2.0), metric("a", "train", rmse, 2.0))
     said = verdict(replace(fit, results=[replace(fit.results[0], segments=[use])]))
-    ending = "it lies between 1.50 and 2.50 N" + ", and lower where the model leaves less" * below + "."
+    ending = "it lies between about 1.50 and 2.50 N" + ", and lower where the model leaves less" * below + "."
     assert any(sentence.endswith(ending) for sentence in said), said
 
 
@@ -105,8 +105,8 @@ def test_how_the_noise_floor_was_found_is_said(fits):
     fit = replace(fits[1], results=[only])
     said = [text for text in verdict(fit) if text.startswith("The noise floor")]
     assert said == [
-        "The noise floor is by regression on the inputs in 1 segment, not known in 1 segment; it lies between 1.00 and "
-        "3.00 N."
+        "The noise floor is by regression on the inputs in 1 segment, not known in 1 segment; it lies between about "
+        "1.00 and 3.00 N."
     ]
     only = replace(only, segments=[replace(s, noise_floor_method="cycles") for s in only.segments])
     fit = replace(fit, results=[only])

@@ -90,8 +90,13 @@ def asked_for_by_name(tree: ast.AST) -> list[str]:
         if isinstance(node, (ast.Compare, ast.Match)) or (
             isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in STRING_TESTS
         ):
-            inner = ast.walk(node)
+            inner = list(ast.walk(node))
             words = {n.value for n in inner if isinstance(n, ast.Constant) and isinstance(n.value, str)} & known
+            names = {
+                n.id if isinstance(n, ast.Name) else n.attr for n in inner if isinstance(n, (ast.Name, ast.Attribute))
+            }
+            if not words and not names & {"NAME", "SPEC"}:
+                continue  # to write a node out takes far longer
             written = ast.unparse(node)
             of_search = re.search(r"opt|strateg|search|chain|part|step|link", written)
             if words - {"auto"} or (words or own.search(written)) and of_search:

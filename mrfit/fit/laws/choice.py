@@ -249,6 +249,13 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
     return about, _warnings(search, state, errors)
 
 
+def laws_of_roles(dependence: CurrentDependence) -> CurrentChoice:
+    """Return what fit.json and the page say of laws that no held-out current chose."""
+    orders = ",".join(f"{name}={order}" for name, order in dependence.orders)
+    said = f"laws of current by the roles of the parameters ({orders}): the current was not held at two levels"
+    return CurrentChoice(judged_by="roles", text=[said])
+
+
 def _beside(spec: ModelSpec) -> str:
     """Return the effects of a model in words."""
     effects = dict.fromkeys(effect for effect, dot, _ in (n.partition(".") for n in spec.names) if dot)

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from mrfit.fit.select import load_recordings
 from mrfit.io.schemas.fit import CurrentChoice
 from mrfit.io.workspace import Workspace, plain
 from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 from tests.fit.benches import drive_channels, planted_segments
 
 SINES = ((0.5, 0.002), (1.0, 0.01), (2.0, 0.008))
@@ -178,7 +180,10 @@ def test_laws_beside_a_held_effect_are_those_that_were_planted(tmp_path: Path) -
 def test_a_parameter_that_is_to_be_constant_has_no_law_though_it_depends_on_current(tmp_path: Path) -> None:
     workspace, _ = planted(tmp_path, "tanh", lambda i: {"fy": 100 + 900 * i, "a1": 50 * 4.0**i})
     segments = workspace.read_segments()
-    recordings, asked = load_recordings(workspace, segments), mrfit.fit.stage.Settings("tanh", per="all")
+    recordings, asked = (
+        load_recordings(workspace, segments),
+        mrfit.fit.stage.Settings("tanh", per="all"),
+    )
     free, held = (dependence_of(asked, segments, recordings, constant=names)[0] for names in ((), ("a1",)))
     assert free and dict(free.orders) == {"fy": 1, "a1": 1}
     assert held and "a1" not in dict(held.orders) and dict(held.orders)["fy"]
@@ -315,6 +320,23 @@ def test_what_the_user_fixes_or_asks_for_is_not_chosen(tmp_path: Path) -> None:
     assert all(row.names != ["C_inf"] for row in fixed.current_choice.parameters)
     asked = fitted(workspace, "bingham", "fy=log2")
     assert orders(asked) == {"fy": "log2"} and asked.current_choice is None
+
+
+def test_laws_of_a_current_that_never_rests_are_told_as_those_of_roles() -> None:
+    dependence = CurrentDependence((("fy", 2), ("c", 1)), 0.0, 2.0)
+    moved = SimpleNamespace(choice=None, dependence=dependence)
+    said = mrfit.fit.stage._laws_chosen(mrfit.fit.stage.Settings("tanh", per="all"), moved)
+    assert said.judged_by == "roles" and "(fy=2,c=1): the current was not held at two levels" in said.text[0]
+    assert (
+        mrfit.fit.stage._laws_chosen(mrfit.fit.stage.Settings("tanh", per="all", current_order="fy=2,c=1"), moved)
+        is None
+    )
+    assert (
+        mrfit.fit.stage._laws_chosen(
+            mrfit.fit.stage.Settings("tanh", per="all"), SimpleNamespace(choice=None, dependence=None)
+        )
+        is None
+    )
 
 
 def test_the_choice_and_what_was_rejected_are_told_and_the_same_every_time(tmp_path: Path) -> None:
