@@ -461,7 +461,10 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
         from mrfit.search import strategies
 
         return [{"name": n, "title": spec.title} for n, spec in strategies.specs().items()]
-    return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
+    found = {n: registry.load(singular, n).SPEC for n in registry.names(singular)}
+    if singular == "model":
+        return [{"name": n, "title": spec.title, "predicts": spec.output} for n, spec in found.items()]
+    return [{"name": n, "title": spec.title} for n, spec in found.items()]
 
 
 def _names_where_quiet(rows: Sequence[Summary]) -> None:
@@ -473,7 +476,8 @@ def _names_where_quiet(rows: Sequence[Summary]) -> None:
 def registry_table(rows: Sequence[dict[str, str]], kind: str) -> None:
     """Print names and titles, names alone where little is wanted."""
     _names_where_quiet(rows)
-    print_table(kind, ("name", "title"), [[r["name"], r["title"]] for r in rows])
+    columns = tuple(rows[0]) if rows else ("name", "title")
+    print_table(kind, columns, [list(r.values()) for r in rows])
 
 
 def item(name: str) -> Summary:

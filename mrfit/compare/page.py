@@ -60,7 +60,7 @@ def _model_row(m: ModelRow) -> tuple[object, ...]:
     errors = [f(getattr(m, f"{role}_{n}")) for role in ("holdout", "train") for n, f in _SHOWN]
     warnings = [
         *["diverged"] * has_diverged(m.train_nrmse if m.holdout_nrmse is None else m.holdout_nrmse),
-        *m.warnings,
+        *(w.replace("-", " ") for w in m.warnings),
     ]
     return (m.model, m.fit, m.parameters, *errors, ", ".join(warnings) or "–")
 

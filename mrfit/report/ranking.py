@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 from mrfit.io.schemas.fit import Fit
@@ -66,7 +66,13 @@ def ranked(fits: Sequence[Fit]) -> list[RankedFit]:
     for fit in ordered:
         place = 1 + sum(r.fit.output == fit.output for r in rows)
         rows.append(_row(fit, place))
-    return rows
+    return [row for group in comparable(rows) for row in _with_floors(group)]
+
+
+def _with_floors(rows: Sequence[RankedFit]) -> list[RankedFit]:
+    """Return fits judged on the same data with the noise floor of these data, where any of the fits tells it."""
+    known = [r.floor for r in rows if r.floor is not None]
+    return [replace(r, floor=min(known)) if known and r.floor is None else r for r in rows]
 
 
 HELD_OUT = ("conditions", "conditions and cycles", "other cycles", "nothing")

@@ -45,7 +45,7 @@ METRICS: tuple[Metric, ...] = (
     Metric("nrmse", "NRMSE", "1", "RMSE / (max y − min y)", "preyield and postyield modelling, section 4"),
     Metric("esr", "ESR", "%", "100 · Σ(y − ŷ)² / Σ(y − ȳ)²", "Savaia et al., figure 16, after Savaresi et al. (2005)"),
     Metric("relative_rmse", "relative RMSE", "1", "RMSE / √(mean y²)", "explicit inverse model (tanh), RMSE tables"),
-    Metric("err_peak", "peak error", "1", "RMSE / max |y|", "explicit inverse model (tanh), eq. 12"),
+    Metric("err_peak", "RMSE over the peak", "1", "RMSE / max |y|", "explicit inverse model (tanh), eq. 12"),
     Metric(
         "err_energy",
         "energy error",

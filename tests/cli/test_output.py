@@ -154,6 +154,12 @@ def test_a_fault_of_many_logs_is_told_once(capsys: pytest.CaptureFixture[str]) -
     assert told[:4] == [like, "c and 1 more: clipped", "whole remark", "x"]
 
 
+def test_a_list_of_models_says_what_they_predict_and_one_of_effects_does_not() -> None:
+    predicted = {r["name"]: r["predicts"] for r in output.registry_rows("models")}
+    assert (predicted["boucwen-flux"], predicted["spencer"]) == ("flux", "force")
+    assert all(set(r) == {"name", "title"} for r in output.registry_rows("effects"))
+
+
 @pytest.mark.parametrize(
     ("name", "told"),
     [

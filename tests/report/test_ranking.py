@@ -29,6 +29,14 @@ def test_the_least_error_on_held_out_data_comes_first_whatever_the_training_erro
     assert order[2].holdout is None
 
 
+@pytest.mark.parametrize(("samples", "known"), [(100, True), (50, False)])
+def test_the_noise_floor_is_that_of_the_data_whichever_fit_tells_it(fit, samples, known):
+    told, other = judged(fit, "a", 1.0, 3.0), judged(fit, "b", 1.0, 4.0, samples=samples)
+    other = replace(other, metrics=[replace(m, noise_floor=None) for m in other.metrics])
+    rows = {r.fit.name: r.floor for r in ranked([told, other])}
+    assert rows["a"] == pytest.approx(0.05) and rows["b"] == (rows["a"] if known else None)
+
+
 def test_errors_on_fewer_samples_come_later(fit):
     order = ranked([judged(fit, "few", 1.0, 1.0, samples=50), judged(fit, "all", 1.0, 2.0)])
     assert [r.fit.name for r in order] == ["all", "few"]
