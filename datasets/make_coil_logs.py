@@ -130,8 +130,12 @@ def make_planted(out: Path, truth: FluxBoucWen, rng: np.random.Generator) -> dic
 def make(out: Path, seed: int = SEED, eddy: float = inf) -> None:
     """Write both data sets under ``out``."""
     make_bench(out / "coil", seed, eddy)
+    make_both_planted(out / "coil-planted", seed)
+
+
+def make_both_planted(planted: Path, seed: int) -> None:
+    """Write ``coil-planted``: logs of the published parameters as printed, and by the standard equation."""
     rng = np.random.default_rng([seed, 2])
-    planted = out / "coil-planted"
     standard = make_planted(planted / "standard", replace(PUBLISHED, D=1.0 / PUBLISHED.D), rng)
     printed = make_planted(planted / "printed", PUBLISHED, rng)
     truth = {"seed": seed, "variants": {"standard": standard, "printed": printed}}

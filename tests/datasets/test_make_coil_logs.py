@@ -12,13 +12,6 @@ SHIPPED = Path(make_coil_logs.__file__).parent
 RESISTANCE = 2.1
 
 
-@pytest.fixture(scope="module")
-def regenerated(tmp_path_factory):
-    out = tmp_path_factory.mktemp("regenerated")
-    make_coil_logs.make(out)
-    return out
-
-
 def read(path):
     """Return time step, voltage and current of a log, the channel map applied."""
     lines = path.read_text().splitlines()
@@ -39,8 +32,12 @@ def steady_flux(interval, voltage, current, per_period):
 
 
 @pytest.mark.parametrize("folder", [pytest.param("coil", marks=pytest.mark.slow), "coil-planted"])
-def test_regeneration_gives_the_committed_bytes(regenerated, folder):
-    made = {p.relative_to(regenerated): p.read_bytes() for p in (regenerated / folder).rglob("*") if p.is_file()}
+def test_regeneration_gives_the_committed_bytes(tmp_path, folder):
+    if folder == "coil":
+        make_coil_logs.make(tmp_path)
+    else:
+        make_coil_logs.make_both_planted(tmp_path / folder, make_coil_logs.SEED)
+    made = {p.relative_to(tmp_path): p.read_bytes() for p in (tmp_path / folder).rglob("*") if p.is_file()}
     kept = {p.relative_to(SHIPPED): p.read_bytes() for p in (SHIPPED / folder).rglob("*") if p.is_file()}
     assert made == kept
     assert len(made) >= 16
