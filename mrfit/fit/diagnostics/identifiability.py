@@ -141,7 +141,7 @@ def _summary(
     params: Sequence[Param], open_names: Sequence[str], uncertainty: Uncertainty, resting: Sequence[str]
 ) -> str:
     if not open_names:
-        return f"The data tell all {len(params)} parameters apart."
+        return f"The data bound all {len(params)} parameters; the intervals say how closely."
     trading = [n for n in open_names if n not in resting]
     left = len(trading) - (uncertainty.null.shape[1] - len(resting))
     known = [p.name for p in params if p.name not in open_names]

@@ -89,7 +89,7 @@ def test_what_an_offset_adds_to_has_a_range(model: str, unit: str) -> None:
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
     result = judged()
     assert result.conditioning.rank == 3
-    assert result.identifiability == ["The data tell all 3 parameters apart."]
+    assert result.identifiability == ["The data bound all 3 parameters; the intervals say how closely."]
     assert [r.independent for r in result.residual_tests] == [True]
     assert all(p.low < p.value < p.high for p in result.parameters)
 
