@@ -11,7 +11,7 @@ from mrfit.advise.separation import RivalSet
 from mrfit.advise.specimen import rows_of
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array
-from mrfit.report.figures import LOOPS, PALETTE, canvas_of
+from mrfit.report.figures import LOOPS, PALETTE, axis_label, canvas_of
 from mrfit.report.paper import DASHES
 from mrfit.report.svg import Axes, style, to_svg
 
@@ -47,7 +47,8 @@ def loops(contest: RivalSet, test: Test, text: str) -> Loops:
         _draw(loop, curves)
         loop.set(xlabel=_label(across), ylabel=_label(output), title="predicted loops")
         _draw_apart(apart, curves, test.time, contest.noise)
-        apart.set(xlabel=_label("time"), ylabel=f"{_label(output)}, difference", title=f"beside {curves[0].name}")
+        apart.set(xlabel=axis_label("t", "s", "Time"), ylabel=_label(output, f"difference of {output}"))
+        apart.set_title(f"beside {curves[0].name}")
         canvas.legend(*loop.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         canvas.suptitle(text)
         return Loops(*_saved(canvas, text))
@@ -62,9 +63,8 @@ def _saved(canvas: "Figure", text: str) -> tuple[str, bytes]:
     return to_svg(canvas, text), image.getvalue()
 
 
-def _label(name: str) -> str:
-    unit = "s" if name == "time" else unit_of(name)
-    return f"{'t' if name == 'time' else symbol_of(name)} in {unit}"
+def _label(name: str, what: str = "") -> str:
+    return axis_label(symbol_of(name), unit_of(name), what or name)
 
 
 def _curves(contest: RivalSet, test: Test, wanted: str) -> tuple[list[_DrawnCurve], str]:
