@@ -36,7 +36,7 @@ ABROAD = {
     "velocity": "geschwindigkeit, velocidad, vitesse, velocità, velocita, скорость, 速度, 속도",
     "acceleration": "beschleunigung, aceleración, aceleracion, accélération, accelerazione, ускорение, 加速度, 가속도",
     "force": "kraft, fuerza, forza, сила, усилие, нагрузка, 力, 阻尼力, 载荷, 荷重, 減衰力, 하중, 힘",
-    "current": "strom, spulenstrom, corriente, courant, corrente, ток, сила тока, 电流, 電流, 전류",
+    "current": "strom, spulenstrom, corriente, courant, corrente, ток, тока, сила тока, 电流, 電流, 전류",
     # not tension, tensión, tensione: a voltage in one language, a pull in the other
     "voltage": "spannung, spulenspannung, voltaje, voltaggio, напряжение, 电压, 電圧, 전압",
     "flux": "flussverkettung, 磁链",

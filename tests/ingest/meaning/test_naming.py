@@ -192,9 +192,42 @@ def test_columns_named_by_paths_are_called_by_what_differs(
     assert [(c.name, c.unit) for c in columns] == called
 
 
-def test_a_demand_alone_is_said() -> None:
-    _, findings = name_signals(_columns(("Demand Position", "mm"), ("Load", "N")), Rules(), "log.csv")
-    assert [(f.kind, f.channel) for f in findings] == [("not-measured", "displacement")]
+@pytest.mark.parametrize(
+    ("name", "unit", "channel"),
+    [
+        ("Demand Position", "mm", "displacement"),
+        ("Requested current", "A", "current"),
+        ("Corrente impostata", "A", "current"),
+        ("Courant de commande", "A", "current"),
+        ("Сила трения", "N", "force"),
+        ("设定电流", "A", "current"),
+        ("仿真力", "N", "force"),
+        ("変位指令", "mm", "displacement"),
+        ("최대하중", "N", "force"),
+    ],
+)
+def test_a_demand_alone_is_said(name: str, unit: str, channel: str) -> None:
+    signals, findings = name_signals(_columns((name, unit), ("Temp", "degC")), Rules(), "log.csv")
+    assert [(f.kind, f.channel) for f in findings] == [("not-measured", channel)]
+    assert channel not in {s.name for s in signals}
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "channel"),
+    [
+        ("阻尼器位移", "mm", "displacement"),
+        ("电流传感器", "A", "current"),
+        ("模拟输入电流", "A", "current"),
+        ("ばね上加速度", "m/s^2", "acceleration"),
+        ("Сила тока катушки", "A", "current"),
+        ("Усилие на штоке", "N", "force"),
+        ("Corrente bobina", "A", "current"),
+        ("Course du piston", "mm", "displacement"),
+        ("출력 전류", "A", "current"),
+    ],
+)
+def test_words_of_other_languages_for_what_was_measured(name: str, unit: str, channel: str) -> None:
+    assert [n for n, _ in _names((name, unit), ("Temp", "degC"))] == [channel, "temperature"]
 
 
 @pytest.mark.parametrize(
@@ -211,6 +244,9 @@ def test_a_demand_alone_is_said() -> None:
         ([("Battery current", "A"), ("Supply voltage", "V")], ["battery_current", "supply_voltage"]),
         ([("Cooling air velocity", "m/s"), ("Velocity", "mm/s")], ["cooling_air_velocity", "velocity"]),
         ([("Load current", "mA")], ["current"]),
+        ([("电机电流", "A"), ("线圈电流", "A")], ["电机电流", "current"]),
+        ([("モータ電流", "A"), ("Corrente motore", "A"), ("전류", "A")], ["モータ電流", "corrente_motore", "current"]),
+        ([("位移传感器电压", "V"), ("电流", "A")], ["位移传感器电压", "current"]),
     ],
 )
 def test_amperes_of_a_sensor_are_no_coils(header: list[tuple[str, str]], channels: list[str]) -> None:
