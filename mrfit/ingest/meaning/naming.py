@@ -32,8 +32,7 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "querkraft latéral lateralkraft spring clamp clamping grip inertia cooling vorspannkraft vorspannung spool "
     "diameter length level "
     # English and German
-    "requested required programmed increment uncertainty sollstrom sollspannung maximalkraft maximale maximaler "
-    "minimale minimaler reibung reibkraft reibungskraft federkraft "
+    "requested required programmed increment uncertainty maximale maximaler minimale minimaler reibung federkraft "
     # Italian, French, Spanish and Portuguese
     "impostata impostato comando comandata comandato richiesta richiesto programmata programmato obiettivo attrito "
     "massima massimo minima minimo picco scostamento simulata molla commande commandé commandée demandé demandée cible "
@@ -49,6 +48,11 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "최소 진폭 한계".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
+NOT_MEASURED_COMPOUND = re.compile(
+    r"soll(?:wert|strom|spannung|kraft|last|weg|hub|position|lage|geschw|temp)|reib[a-zäöüß]{3,}"
+    r"|(?:maximal|minimal)[a-zäöüß]{3,}|[a-zäöüß]{3,}(?:grenz|abweichung|fehler)"
+)
+"""The same in one word, as German writes it."""
 OF_SENSORS = frozenset(
     "sensor transducer transmitter loop lvdt cell loadcell gauge gage probe pickup encoder aufnehmer pressure "
     "druck flow strain humidity valve ventil ventilstrom servo trigger sync thermocouple thermoelement bridge brücke "
@@ -66,6 +70,8 @@ SIZE_SAMPLES = 20000
 """Numbers by which the size of a channel is judged."""
 SAME_QUANTITY = 1e-3
 """Greatest difference, in the greatest value, of columns that hold one quantity in two units."""
+RIVALLED, TOGETHER = ("displacement", "force"), 0.9
+"""Channels that several instruments of one test may measure, and least correlation of their numbers."""
 LETTERS = re.compile(r"[a-zà-ɏ]+|[α-ԯ]+|[\u2e80-\uffff]+")
 """Letters of one script; the last one's put no blanks between words."""
 LONGEST_PART = 6
@@ -325,6 +331,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                     f"the file gives '{best[0].name}' no unit: taken as {unit_of(name)}; a channel map can say another"
                 )
                 findings.append(Finding("unit-assumed", name, None, text))
+            findings += _rivals_said(best[0], name, rivals)
     if by_unit:
         _voltage_beside_current(columns, claims, taken)
         claimed = [(c, claims[id(c)]) for c in columns if id(c) in claims and _has_another_name(c)]
@@ -334,12 +341,31 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                 Finding("named-by-unit", "", None, f"{shown}, by the unit alone; a channel map can say another")
             )
         for column in filter(_is_not_measured, columns):
-            worded = int(column.name.isascii())  # 力 is too short to be looked for in a name, and words are inflected
-            if meant := [n for s, n in _candidates(column) if s > worded and n not in claims.values()]:
+            if meant := [n for _, n in _candidates(column) if n not in claims.values()]:
                 what = f"'{column.name}' is called what was asked for, a limit, an error, or a part of another quantity"
                 text = f"{what}: it is not taken as {meant[0]}; a channel map can say otherwise"
                 findings.append(Finding("not-measured", meant[0], None, text))
     return claims
+
+
+def _rivals_said(chosen: Column, name: str, rivals: Sequence[tuple[int, Column]]) -> list[Finding]:
+    """Return the finding on columns in the unit of a chosen one, called otherwise, that go with it but differ."""
+    others = [c for _, c in rivals if c is not chosen and c.unit and not _words(chosen) & _words(c)]
+    told = [c for c in others if chosen.unit and _goes_with(chosen, c, unit_of(name))]
+    if name not in RIVALLED or not told:
+        return []
+    shown = " and ".join(f"'{c.name}'" for c in told)
+    text = f"'{chosen.name}' is taken as the {name}; {shown} may be meant: a channel map can say so"
+    return [Finding("ambiguous-channel", name, None, text)]
+
+
+def _goes_with(one: Column, other: Column, unit: str) -> bool:
+    """Whether two columns move together, and are not the same."""
+    a, b = (units.to_unit(c.unit or unit, unit).scale * np.asarray(c.values[0:SIZE_SAMPLES]) for c in (one, other))
+    both = np.isfinite(a) & np.isfinite(b)
+    a, b = a[both] - np.mean(a[both]), b[both] - np.mean(b[both])
+    size = float(np.sqrt(a @ a * (b @ b)))
+    return size > 0.0 and abs(float(a @ b)) >= TOGETHER * size and bool(np.ptp(a - b) > SAME_QUANTITY * np.ptp(a))
 
 
 def _candidates(column: Column) -> list[tuple[int, str]]:
@@ -364,7 +390,9 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
 
 def _is_not_measured(column: Column) -> bool:
     """Whether a name is of what no model takes; a damper-side force is measured at the damper, a side force across."""
-    return bool(NOT_MEASURED & _words(column)) or re.match(r"side[ _]", column.name.strip().lower()) is not None
+    words = _words(column)
+    compound = any(map(NOT_MEASURED_COMPOUND.match, words))
+    return bool(NOT_MEASURED & words) or compound or re.match(r"side[ _]", column.name.strip().lower()) is not None
 
 
 def _words(column: Column) -> set[str]:
