@@ -163,7 +163,7 @@ def leaf_names(names: Sequence[str]) -> list[tuple[str, str | None]]:
 
     None of other names, and of those that would be alike.
     """
-    paths = [re.split(r"[./]", name) for name in names]
+    paths = [re.split(r"[./]", name.removeprefix("/")) for name in names]
     leaves = [[p for p in path if p.lower() not in OF_CONTAINERS] for path in paths]
     rooted = len({path[0] for path in paths}) == 1 or all(map(len, leaves)) and paths != leaves
     if (

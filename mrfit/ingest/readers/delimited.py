@@ -40,12 +40,12 @@ from mrfit.ingest.text.layout import (
     words_of,
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
-from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside, without_ended
+from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside, without_ended, without_runs
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.stated_names import with_stated_names
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 from mrfit.ingest.time.clock_parts import are_seconds_beside, is_below_seconds, with_clock_parts
-from mrfit.ingest.time.clocks import is_called_clock
+from mrfit.ingest.time.clocks import STAMP_NAME, is_called_clock
 from mrfit.ingest.time.epoch import counted_since
 from mrfit.ingest.time.rate import LONG_BARE, interval, with_rate
 from mrfit.ingest.time.stamps import since_first
@@ -102,7 +102,7 @@ def read(source: Source) -> list[Table]:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
-    header = replace(header, units=written)
+    header = without_runs(replace(header, units=written))
     beside = () if source.rules.where or factors else tests_beside(header)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"
@@ -292,9 +292,10 @@ def _time_column(
     begins = [k for k in numeric if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
     worded = [k for k in begins if k in timed]
     even = [k for k in numeric if header.units[k] is None and _rises_evenly(source.head, grid, k)]
-    rising = [k for k in even if k in begins]
-    firsts = _sample_rows(source.head, grid)[0] if even else []
-    called = [k for k in even if COUNT_OF_TIME.search(header.names[k])]
+    called = [k for k in numeric if header.names[k] == STAMP_NAME and header.units[k] is None]
+    rising = [k for k in even if k in (*begins, *called)]
+    firsts = _sample_rows(source.head, grid)[0] if even or called else []
+    called += [k for k in even if COUNT_OF_TIME.search(header.names[k])]
     counting = [k for k in called if counted_since(float(firsts[k].replace(grid.decimal, ".")))[0]]
     for choice in (named, worded, timed, stamps, dated, rising, counting):
         if len(choice) == 1 or (choice and choice is not timed):

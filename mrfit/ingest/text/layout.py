@@ -44,7 +44,7 @@ TOA5_ROWS = (1, 2)
 """Lines (from 0) of the names and of the units in a Campbell logger's table."""
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "secs", "second", "seconds", "timestamp", "tout"),
-    "elapsed time",
+    *("elapsed time", "__time"),
     *("elapsed_time", "running_time", "test_time", "time_stamp", "relative_time", "total_time"),
     *("время", "时间", "時間", "시간"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),

@@ -59,11 +59,13 @@ ASSUMED_RATES = (
     r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)",
     r"[(\[](?:[kmµ]?n|[mµ]?m|[mk]?v|m?a|lbf|in)[)\]] ?@(?= ?[\d.,]+ ?[km]?hz\b)",
     rf"{SAMPLING_PERHAPS}(?={_SOME_HZ})",
+    rf"(?:acquisition|acquired|recorded|logged) (?:at|with)(?={_SOME_HZ})",
     rf"{_NEXT}{RATE_NUMBER} ?{SAMPLES_EACH_SECOND})",
     rf"{_NEXT}{RATE_NUMBER} ?[km]?hz (?:sampling|acquisition|daq)\b(?!\D{{0,12}}\d))",
 )
 ASSUMED_SPANS = (
     rf"{SAMPLING_PERHAPS}(?={_SOME_S})",
+    rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT} (?:sampling|acquisition)\b(?!\D{{0,12}}\d))",
     rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
 """Words for a rate or an interval that may be another's than the rows'."""
