@@ -96,6 +96,9 @@ def read(source: Source) -> list[Table]:
         names, written = zip(*map(name_and_unit, labels), strict=True)
         header = Header(names, written, frozenset(), grid.first)
     header, stated = with_stated_names(head, grid, header)
+    if _are_units_alone(header):
+        header = replace(header, units=header.names)
+        said.append(Finding("named-by-unit", "", None, "its header has units alone: columns are called by them"))
     if header.short:
         header = _with_row_names(source, grid, header)
     if not header.names:
@@ -116,6 +119,14 @@ def read(source: Source) -> list[Table]:
     tables = tables if beside or source.block else [without_ended(tables[0])]
     tables = tables if factors is None else [factors.applied(tables[0], source.rules)]
     return [replace(t, findings=(*t.findings, *said, *stated)) for t in tables]
+
+
+def _are_units_alone(header: Header) -> bool:
+    """Whether names are units, one of times and one of several letters, and may be nothing else."""
+    times = [n for n in header.names if units.compatible(n, "s")]
+    others = [n for n in header.names if n not in times]
+    known = not any(header.units) and all(units.known(n) and n.lower() not in TIME_NAMES for n in others)
+    return known and len(times) == 1 and any(len(n) > 1 for n in others)
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:
