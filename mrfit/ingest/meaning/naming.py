@@ -49,7 +49,7 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 NOT_MEASURED_COMPOUND = re.compile(
-    r"soll(?:wert|strom|spannung|kraft|last|weg|hub|position|lage|geschw|temp)|reib[a-zäöüß]{3,}"
+    r"soll(?:wert|strom|spannung|kraft|last|weg|hub|position|lage|geschw|temp)|reib(?:ungs)?(?:kraft|moment|wert)"
     r"|(?:maximal|minimal)[a-zäöüß]{3,}|[a-zäöüß]{3,}(?:grenz|abweichung|fehler)"
 )
 """The same in one word, as German writes it."""

@@ -126,7 +126,7 @@ def _are_units_alone(header: Header) -> bool:
     times = [n for n in header.names if units.compatible(n, "s")]
     others = [n for n in header.names if n not in times]
     known = not any(header.units) and all(units.known(n) and n.lower() not in TIME_NAMES for n in others)
-    return known and len(times) == 1 and any(len(n) > 1 for n in others)
+    return known and len(times) == 1 and (times[0] == "s" or len(times[0]) > 1) and any(len(n) > 1 for n in others)
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:

@@ -287,7 +287,9 @@ def _labelled_header(head: Head, grid: TextGrid, cells: list[tuple[int, list[str
     first = next((k for k in range(grid.first, len(head.lines)) if not head.lines[k].lstrip('"')[:1].isalpha()), 0)
     time = next((k for k, n in enumerate(values[names], 1) if name_and_unit(n)[0].lower() in TIME_NAMES), None)
     some = head.lines[first - 1 : first + 2]
-    first -= first > grid.first and begins_rows(some, grid.delimiter, grid.decimal, len(values[names]), time)
+    first -= (
+        lead == 1 and first > grid.first and begins_rows(some, grid.delimiter, grid.decimal, len(values[names]), time)
+    )
     if lead:
         rows = [split(line, grid.delimiter) for line in head.lines[first:] if line.strip()]
         clock = next((c[0] for k, c in cells if k > names and c and is_name(c[0]) and not any(c[1:])), "Time")

@@ -60,7 +60,7 @@ def test_a_header_of_units_alone_calls_columns_by_them(header: str, read_log: Re
     assert "named-by-unit" in {f.kind for f in record.findings}
 
 
-@pytest.mark.parametrize("header", ["t,s,F", "s,V,A", "h,min,s", "t,mm,s"])
+@pytest.mark.parametrize("header", ["t,s,F", "s,V,A", "h,min,s", "t,mm,s", "d,mm,N", "h,mm,T"])
 def test_letters_that_may_be_names_are_no_units(header: str, read_log: ReadLog) -> None:
     rows = "".join(f"{5e-3 * k:.3f},{k},{k % 7}\n" for k in range(60))
     try:
