@@ -90,7 +90,7 @@ OTHERWISE = re.compile(
     re.IGNORECASE,
 )
 """Words beside a rate that need not be the rate of the rows."""
-OF_OTHER_CHANNELS = re.compile(r"\b(?:mains|hum|probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
+OF_OTHER_CHANNELS = re.compile(r"\b(?:mains|hum\b|probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
 """Words beside which a rate without words of its own is that of another channel."""
 LONGEST_LINE = 1000
 """Letters of a line in which a rate is looked for: what is longer is a line of a table, or hostile."""
