@@ -38,7 +38,8 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "massima massimo minima minimo picco scostamento simulata molla commande commandé commandée demandé demandée cible "
     "frottement erreur maximale minimal écart simulée ressort fricción friccion rozamiento objetivo deseada deseado "
     "programada máxima máximo maxima mínimo desviación simulada muelle resorte limite límite desejada desejado mola "
-    # Russian
+    # Polish, Czech and Russian
+    "zadany zadana zadane zadaná žádaná żądany żądana żądane "
     "заданный заданная заданное задание уставка требуемый требуемая требуемое ошибка ошибки погрешность погрешности "
     "рассогласование трение трения макс максимальный максимальная максимальное минимальный минимальная минимальное "
     "расчетный расчётный расчетная расчётная расчетное расчётное пружины "

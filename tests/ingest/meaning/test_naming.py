@@ -226,6 +226,7 @@ def test_columns_named_by_paths_are_called_by_what_differs(
         ("Requested current", "A", "current"),
         ("Corrente impostata", "A", "current"),
         ("Sollstrom", "A", "current"),
+        ("Prąd zadany", "A", "current"),
         ("Wegabweichung", "mm", "displacement"),
         ("Courant de commande", "A", "current"),
         ("Сила трения", "N", "force"),
