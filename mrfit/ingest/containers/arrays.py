@@ -22,7 +22,7 @@ from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
-from mrfit.ingest.time.clocks import is_called_clock, is_clock
+from mrfit.ingest.time.clocks import STAMP_NAME, is_called_clock, is_clock
 from mrfit.ingest.time.rate import rate_missing
 
 MANY_NUMBERS, SHOWN_ARRAYS = 1e6, 20
@@ -308,7 +308,8 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
         called = [n for n in names if name_and_unit(_called(n, arrays))[0].lower() in known]
         if rising := [n for n in called if series.rises(arrays.signals[n])]:
             return rising
-    return [n for n in names if is_clock(_column(n, arrays, order[n]))]
+    stamps = [n for n in names if _called(n, arrays) == STAMP_NAME and series.rises(arrays.signals[n])]
+    return [n for n in names if is_clock(_column(n, arrays, order[n]))] or stamps
 
 
 def _called(name: str, arrays: Arrays) -> str:
@@ -323,11 +324,14 @@ def _table(names: list[str], times: list[str], arrays: Arrays, order: Mapping[st
     columns = {n: _column(n, arrays, order[n]) for n in names}
     dt, unclear = (None, ()) if times else stated_rate(_told(names, arrays))
     rows = len(arrays.signals[names[0]])
+    time = columns[times[0]] if times else None
+    if time is not None and time.unit is None:  # log.time_us
+        time = replace(time, unit=name_and_unit(_called(times[0], arrays))[1])
     copies = {n for n in times if _equal(arrays.signals[n], arrays.signals[times[0]])}
     return Table(
         tuple(columns[n] for n in names if n not in copies),
         series.counted(rows, series.in_memory(arrays.signals[names[0]])),
-        time=columns[times[0]] if times else None,
+        time=time,
         dt=dt,
         findings=unclear,
     )

@@ -30,14 +30,37 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "preload setp sp nominal noise friction residual residuum ripple leakage "
     "lateral radial transverse transversal gap spalt luftspalt clearance thickness wear seitlich seitenkraft "
     "querkraft latéral lateralkraft spring clamp clamping grip inertia cooling vorspannkraft vorspannung spool "
-    "diameter length level".split()
+    "diameter length level "
+    # English and German
+    "requested required programmed increment uncertainty maximale maximaler minimale minimaler reibung federkraft "
+    # Italian, French, Spanish and Portuguese
+    "impostata impostato comando comandata comandato richiesta richiesto programmata programmato obiettivo attrito "
+    "massima massimo minima minimo picco scostamento simulata molla commande commandé commandée demandé demandée cible "
+    "frottement erreur maximale minimal écart simulée ressort fricción friccion rozamiento objetivo deseada deseado "
+    "programada máxima máximo maxima mínimo desviación simulada muelle resorte limite límite desejada desejado mola "
+    # Polish, Czech and Russian
+    "zadany zadana zadane zadaná žádaná żądany żądana żądane "
+    "заданный заданная заданное задание уставка требуемый требуемая требуемое ошибка ошибки погрешность погрешности "
+    "рассогласование трение трения макс максимальный максимальная максимальное минимальный минимальная минимальное "
+    "расчетный расчётный расчетная расчётная расчетное расчётное пружины "
+    # Chinese, Japanese and Korean
+    "设定 设置 给定 预设 目标 指令 命令 期望 参考 误差 偏差 摩擦 仿真 预测 最大 最小 峰值 极限 阈值 上限 下限 振幅 "
+    "噪声 惯性 弹簧 侧向 横向 設定 目標 要求 参照 誤差 予測 慣性 설정 목표 지령 명령 요구 오차 편차 마찰 예측 최대 "
+    "최소 진폭 한계".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
+NOT_MEASURED_COMPOUND = re.compile(
+    r"soll(?:wert|strom|spannung|kraft|last|weg|hub|position|lage|geschw|temp)|reib(?:ungs)?(?:kraft|moment|wert)"
+    r"|(?:maximal|minimal)[a-zäöüß]{3,}|[a-zäöüß]{3,}(?:grenz|abweichung|fehler)"
+)
+"""The same in one word, as German writes it."""
 OF_SENSORS = frozenset(
     "sensor transducer transmitter loop lvdt cell loadcell gauge gage probe pickup encoder aufnehmer pressure "
     "druck flow strain humidity valve ventil ventilstrom servo trigger sync thermocouple thermoelement bridge brücke "
     "excitation supply battery batterie dac steuerspannung motor motorstrom moteur pump pumpe heater heizung fan "
-    "compressor relay".split()
+    "compressor relay motore bomba pompa pompe batteria riscaldatore двигателя мотора насоса 电机 马达 伺服 泵 电池 "
+    "加热 电源电压 传感器电压 传感器电流 モータ サーボ ポンプ ヒータ 電源電圧 センサ電圧 모터 서보 펌프 히터 전원전압 "
+    "센서전압".split()
 )
 """Words of columns whose amperes and volts are no coil's."""
 OF_INPUTS = frozenset("channel chan analog input kanal eingang signal column data dev mod probe trace".split())
@@ -48,6 +71,12 @@ SIZE_SAMPLES = 20000
 """Numbers by which the size of a channel is judged."""
 SAME_QUANTITY = 1e-3
 """Greatest difference, in the greatest value, of columns that hold one quantity in two units."""
+RIVALLED, TOGETHER = ("displacement", "force"), 0.9
+"""Channels that several instruments of one test may measure, and least correlation of their numbers."""
+LETTERS = re.compile(r"[a-zà-ɏ]+|[α-ԯ]+|[\u2e80-\uffff]+")
+"""Letters of one script; the last one's put no blanks between words."""
+LONGEST_PART = 6
+"""Letters of the longest word that is looked for within a name of such a script."""
 LOOP = (3.6e-3, 21e-3)
 """Current in A of a sensor's loop of 4 to 20 mA."""
 
@@ -135,7 +164,7 @@ def leaf_names(names: Sequence[str]) -> list[tuple[str, str | None]]:
 
     None of other names, and of those that would be alike.
     """
-    paths = [re.split(r"[./]", name) for name in names]
+    paths = [re.split(r"[./]", name.removeprefix("/")) for name in names]
     leaves = [[p for p in path if p.lower() not in OF_CONTAINERS] for path in paths]
     rooted = len({path[0] for path in paths}) == 1 or all(map(len, leaves)) and paths != leaves
     if (
@@ -303,6 +332,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                     f"the file gives '{best[0].name}' no unit: taken as {unit_of(name)}; a channel map can say another"
                 )
                 findings.append(Finding("unit-assumed", name, None, text))
+            findings += _rivals_said(best[0], name, rivals)
     if by_unit:
         _voltage_beside_current(columns, claims, taken)
         claimed = [(c, claims[id(c)]) for c in columns if id(c) in claims and _has_another_name(c)]
@@ -312,11 +342,31 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                 Finding("named-by-unit", "", None, f"{shown}, by the unit alone; a channel map can say another")
             )
         for column in filter(_is_not_measured, columns):
-            if meant := [n for s, n in _candidates(column) if s > 1 and n not in claims.values()]:
+            if meant := [n for _, n in _candidates(column) if n not in claims.values()]:
                 what = f"'{column.name}' is called what was asked for, a limit, an error, or a part of another quantity"
                 text = f"{what}: it is not taken as {meant[0]}; a channel map can say otherwise"
                 findings.append(Finding("not-measured", meant[0], None, text))
     return claims
+
+
+def _rivals_said(chosen: Column, name: str, rivals: Sequence[tuple[int, Column]]) -> list[Finding]:
+    """Return the finding on columns in the unit of a chosen one, called otherwise, that go with it but differ."""
+    others = [c for _, c in rivals if c is not chosen and c.unit and not _words(chosen) & _words(c)]
+    told = [c for c in others if chosen.unit and _goes_with(chosen, c, unit_of(name))]
+    if name not in RIVALLED or not told:
+        return []
+    shown = " and ".join(f"'{c.name}'" for c in told)
+    text = f"'{chosen.name}' is taken as the {name}; {shown} may be meant: a channel map can say so"
+    return [Finding("ambiguous-channel", name, None, text)]
+
+
+def _goes_with(one: Column, other: Column, unit: str) -> bool:
+    """Whether two columns move together, and are not the same."""
+    a, b = (units.to_unit(c.unit or unit, unit).scale * np.asarray(c.values[0:SIZE_SAMPLES]) for c in (one, other))
+    both = np.isfinite(a) & np.isfinite(b)
+    a, b = a[both] - np.mean(a[both]), b[both] - np.mean(b[both])
+    size = float(np.sqrt(a @ a * (b @ b)))
+    return size > 0.0 and abs(float(a @ b)) >= TOGETHER * size and bool(np.ptp(a - b) > SAME_QUANTITY * np.ptp(a))
 
 
 def _candidates(column: Column) -> list[tuple[int, str]]:
@@ -341,17 +391,26 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
 
 def _is_not_measured(column: Column) -> bool:
     """Whether a name is of what no model takes; a damper-side force is measured at the damper, a side force across."""
-    return bool(NOT_MEASURED & _words(column)) or re.match(r"side[ _]", column.name.strip().lower()) is not None
+    words = _words(column)
+    compound = any(map(NOT_MEASURED_COMPOUND.match, words))
+    return bool(NOT_MEASURED & words) or compound or re.match(r"side[ _]", column.name.strip().lower()) is not None
 
 
 def _words(column: Column) -> set[str]:
-    return set(re.split(r"[^a-zà-ÿ]+", " ".join(words_of(column.name))))
+    """Return the words of a name; in a script without blanks every part of it may be one."""
+    found = set(LETTERS.findall(" ".join(words_of(column.name))))
+    solid = [w for w in found if _is_without_blanks(w)]
+    return found | {w[k : k + n] for w in solid for k in range(len(w)) for n in range(1, LONGEST_PART + 1)}
+
+
+def _is_without_blanks(word: str) -> bool:
+    return word >= "\u2e80"
 
 
 def _spoken(column: Column, among: Sequence[str]) -> list[str]:
     """Return the channels of which a column's name has a word."""
-    words = _words(column)
-    return [n for n in among if any(len(a) > 2 and a in words for a in (n, *CHANNELS[n].aliases))]
+    words = {w for w in _words(column) if len(w) > (1 if _is_without_blanks(w) else 2)}
+    return [n for n in among if words & {n, *CHANNELS[n].aliases}]
 
 
 def _is_no_coils(column: Column) -> bool:
@@ -375,7 +434,7 @@ def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken
 
 def _has_another_name(column: Column) -> bool:
     """Whether a column is called by words, of which none is that of a channel or of an input of a recorder."""
-    words = {w for w in _words(column) if len(w) > 2} - OF_INPUTS
+    words = {w for w in _words(column) if len(w) > 2 and not _is_without_blanks(w)} - OF_INPUTS
     return bool(words) and not _spoken(column, list(CHANNELS)) and not aliases_of(column.name)
 
 

@@ -40,12 +40,12 @@ from mrfit.ingest.text.layout import (
     words_of,
 )
 from mrfit.ingest.text.long_format import long_format, sorted_out
-from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside, without_ended
+from mrfit.ingest.text.side_by_side import header_of, own_rows, tests_beside, without_ended, without_runs
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.stated_names import with_stated_names
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 from mrfit.ingest.time.clock_parts import are_seconds_beside, is_below_seconds, with_clock_parts
-from mrfit.ingest.time.clocks import is_called_clock
+from mrfit.ingest.time.clocks import STAMP_NAME, is_called_clock
 from mrfit.ingest.time.epoch import counted_since
 from mrfit.ingest.time.rate import LONG_BARE, interval, with_rate
 from mrfit.ingest.time.stamps import since_first
@@ -96,13 +96,16 @@ def read(source: Source) -> list[Table]:
         names, written = zip(*map(name_and_unit, labels), strict=True)
         header = Header(names, written, frozenset(), grid.first)
     header, stated = with_stated_names(head, grid, header)
+    if _are_units_alone(header):
+        header = replace(header, units=header.names)
+        said.append(Finding("named-by-unit", "", None, "its header has units alone: columns are called by them"))
     if header.short:
         header = _with_row_names(source, grid, header)
     if not header.names:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
-    header = replace(header, units=written)
+    header = without_runs(replace(header, units=written))
     beside = () if source.rules.where or factors else tests_beside(header)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"
@@ -116,6 +119,14 @@ def read(source: Source) -> list[Table]:
     tables = tables if beside or source.block else [without_ended(tables[0])]
     tables = tables if factors is None else [factors.applied(tables[0], source.rules)]
     return [replace(t, findings=(*t.findings, *said, *stated)) for t in tables]
+
+
+def _are_units_alone(header: Header) -> bool:
+    """Whether names are units, one of times and one of several letters, and may be nothing else."""
+    times = [n for n in header.names if units.compatible(n, "s")]
+    others = [n for n in header.names if n not in times]
+    known = not any(header.units) and all(units.known(n) and n.lower() not in TIME_NAMES for n in others)
+    return known and len(times) == 1 and (times[0] == "s" or len(times[0]) > 1) and any(len(n) > 1 for n in others)
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:
@@ -292,9 +303,10 @@ def _time_column(
     begins = [k for k in numeric if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
     worded = [k for k in begins if k in timed]
     even = [k for k in numeric if header.units[k] is None and _rises_evenly(source.head, grid, k)]
-    rising = [k for k in even if k in begins]
-    firsts = _sample_rows(source.head, grid)[0] if even else []
-    called = [k for k in even if COUNT_OF_TIME.search(header.names[k])]
+    called = [k for k in numeric if header.names[k] == STAMP_NAME and header.units[k] is None]
+    rising = [k for k in even if k in (*begins, *called)]
+    firsts = _sample_rows(source.head, grid)[0] if even or called else []
+    called += [k for k in even if COUNT_OF_TIME.search(header.names[k])]
     counting = [k for k in called if counted_since(float(firsts[k].replace(grid.decimal, ".")))[0]]
     for choice in (named, worded, timed, stamps, dated, rising, counting):
         if len(choice) == 1 or (choice and choice is not timed):

@@ -9,6 +9,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
 from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.labelled_rows import begins_rows
 
 FIELD_DELIMITERS = ("\t", ";", ",", "|", "")
 COMMENTS = "#%!"
@@ -42,21 +43,8 @@ SEPARATOR = re.compile(r":?[-=_+]{3,}:?")
 TOA5_ROWS = (1, 2)
 """Lines (from 0) of the names and of the units in a Campbell logger's table."""
 TIME_NAMES = {
-    *(
-        "time",
-        "t",
-        "zeit",
-        "tiempo",
-        "temps",
-        "tempo",
-        "sec",
-        "secs",
-        "second",
-        "seconds",
-        "timestamp",
-        "elapsed time",
-        "tout",
-    ),
+    *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "secs", "second", "seconds", "timestamp", "tout"),
+    *("elapsed time", "__time"),
     *("elapsed_time", "running_time", "test_time", "time_stamp", "relative_time", "total_time"),
     *("время", "时间", "時間", "시간"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
@@ -244,6 +232,8 @@ def _header_of_rows(head: Head, grid: TextGrid, start: int, cells: list[tuple[in
     first = _first_of_rows(dict(cells), first)
     unit_row: list[str] | None = None
     rows = []
+    if len(fitting) > 2 and _is_comment(*(c for _, c in fitting[-3:])):
+        rows.append(head.lines[fitting.pop()[0]].strip())
     if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not is_name_row(fitting[-1][1])):
         place, unit_row = fitting.pop()
         rows.append(head.lines[place].strip())
@@ -295,10 +285,15 @@ def _labelled_header(head: Head, grid: TextGrid, cells: list[tuple[int, list[str
     found, stated = list(values[names]), _padded(values[written], len(values[names]))
     # a label before numbers, as that of the channels' rates, begins no row
     first = next((k for k in range(grid.first, len(head.lines)) if not head.lines[k].lstrip('"')[:1].isalpha()), 0)
+    time = next((k for k, n in enumerate(values[names], 1) if name_and_unit(n)[0].lower() in TIME_NAMES), None)
+    some = head.lines[first - 1 : first + 2]
+    first -= (
+        lead == 1 and first > grid.first and begins_rows(some, grid.delimiter, grid.decimal, len(values[names]), time)
+    )
     if lead:
         rows = [split(line, grid.delimiter) for line in head.lines[first:] if line.strip()]
         clock = next((c[0] for k, c in cells if k > names and c and is_name(c[0]) and not any(c[1:])), "Time")
-        found = [clock if any(r[0] not in EMPTY_FIELDS for r in rows) else "", *found]
+        found = [clock if any(r[0] not in EMPTY_FIELDS for r in rows[1:]) else "", *found]
         stated = ["", *stated]
     lines = frozenset(head.lines[k].strip() for k, _ in cells)
     return _header(found, stated, grid.width, Header((), (), lines, first or grid.first, row=names))
@@ -318,6 +313,15 @@ def _up_to_names(fitting: list[tuple[int, list[str]]]) -> list[tuple[int, list[s
     known = [sum(map(is_recognised, filter(None, c))) * is_name_row(c) for _, c in fitting]
     named = [k for k, (n, (_, c)) in enumerate(zip(known, fitting, strict=True)) if 2 * n >= len(c)]
     return fitting[: named[-1] + 1] if named and not known[-1] else fitting
+
+
+def _is_comment(names: list[str], written: list[str], cells: list[str]) -> bool:
+    """Whether cells below known names and their units are words on these, as in Origin's third row."""
+    known = sum(map(is_recognised, names))
+    told = (
+        is_name_row(names) and is_name_row(cells) and len(set(names)) == len(names) and all(map(units.known, written))
+    )
+    return told and 2 * known >= len(names) and known > sum(map(is_recognised, cells))
 
 
 def _with_comments(names: list[str], comments: list[str]) -> list[str]:

@@ -12,10 +12,19 @@ from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
 COPY_MARK = re.compile(r"[._ ]\d+$")
 """What pandas and spreadsheets put behind a name that stood there already."""
 
+RUN_BEFORE = re.compile(r"(?:(?:run|lauf|test|data ?set) ?#?\d+|latest) ?: ?", re.IGNORECASE)
+"""The run that Logger Pro puts before every name."""
 AXIS_NAME = re.compile(r"freq|order|lag\b|bin\b|harmonic", re.IGNORECASE)
 """Names of the axis of a spectrum or the like, beside a unit of frequency."""
 EVEN_AXIS = 0.1
 """Relative range of the steps of an axis."""
+
+
+def without_runs(header: Header) -> Header:
+    """Return a header without the runs that stand before every name."""
+    runs = [RUN_BEFORE.match(name) for name in header.names]
+    cut = [name[m.end() :] for name, m in zip(header.names, runs, strict=True) if m]
+    return replace(header, names=tuple(cut)) if len(cut) == len(runs) else header
 
 
 def tests_beside(header: Header) -> list[range]:

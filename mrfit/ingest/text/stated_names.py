@@ -16,6 +16,7 @@ LISTED_COLUMN = re.compile(
     r"[#%! ]{0,5}(?:col(?:umn)?|ch(?:annel)?|spalte)?\.?[ #]{0,3}(\d{1,4}) ?[:=.)-]? (\S.*)", re.IGNORECASE
 )
 """A line that names a column by its number."""
+LIST_TITLE = re.compile(r"[#%! ]{0,5}(?:columns?|channels?|spalten|format) ?[:=]", re.IGNORECASE)
 OTHER_WORDS = {"displacement": "length"}
 """Quantities that a note on units may be on, beside a channel's own names."""
 
@@ -47,15 +48,14 @@ def with_stated_names(head: Head, grid: TextGrid, header: Header) -> tuple[Heade
 
 def _listed(lines: Sequence[str], grid: TextGrid, header: Header) -> Header:
     """Return the header that a list of numbered columns gives, counted from 0 or 1; the same one without a list."""
-    found = [m for line in lines if (m := LISTED_COLUMN.fullmatch(line.strip()))]
-    numbers = [int(m[1]) for m in found]
-    if len(numbers) != grid.width or numbers not in (list(range(grid.width)), list(range(1, grid.width + 1))):
-        return header
-    cells = [name_and_unit(m[2]) for m in found]
-    if not any(is_name(m[2]) for m in found):
-        return header
-    names, written = zip(*cells, strict=True)
-    return replace(header, names=names, units=written, first=grid.first)
+    for parts in (lines, *(LIST_TITLE.sub("", line).split(mark) for line in lines for mark in ";,")):
+        found = [m for part in parts if (m := LISTED_COLUMN.fullmatch(part.strip()))]
+        numbers = [int(m[1]) for m in found]
+        whole = numbers in (list(range(grid.width)), list(range(1, grid.width + 1)))
+        if whole and any(is_name(m[2]) for m in found):
+            names, written = zip(*(name_and_unit(m[2]) for m in found), strict=True)
+            return replace(header, names=names, units=written, first=grid.first)
+    return header
 
 
 def _title(name: str, lines: Sequence[str], delimiter: str) -> tuple[str, str | None] | None:

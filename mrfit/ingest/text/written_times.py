@@ -41,6 +41,7 @@ def _of_parts(match: re.Match[str]) -> str:
 
 TIME_FORMS = (
     _form(rf"(\d{{4}})(\d\d)(\d\d)[T_ ](\d\d):?(\d\d):?{SECONDS_TEXT}(Z?)", "20", r"\1-\2-\3T\4:\5:\6\7"),
+    _form(rf"(\d{{4}}-\d\d-\d\d)[_ T](\d\d)-(\d\d)-{SECONDS_TEXT}", "-", r"\1 \2:\3:\4"),
     _form(rf"(?:{DAY_NAME})?({MONTH})\.? +(\d\d?) +{CLOCK_TEXT} +(\d{{4}})", ":", r"\2-\1-\4 \3"),
     _form(rf"(?:{DAY_NAME})?({MONTH})\.? +(\d\d?),? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\2-\1-\3 \4"),
     _form(rf"(?:{DAY_NAME})?(\d\d?)\.? +({MONTH})\.?,? +(\d{{4}}),? +{CLOCK_TEXT}", ":", r"\1-\2-\3 \4"),

@@ -16,6 +16,8 @@ from mrfit.ingest.table import Column, RejectedRow, Table
 from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
+STAMP_NAME = "ts"
+"""Name of times, or of an interval, a steady temperature or another quantity where it does not rise."""
 OFF = 0.05
 """Samples by which two clocks may differ and are one."""
 OTHER_UNITS = (1e3, 1e6, 1e9, 86400.0)

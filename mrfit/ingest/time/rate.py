@@ -59,11 +59,13 @@ ASSUMED_RATES = (
     r"^\W*rate(?=\W*[\d.,e+]+ ?[km]?hz\W*$)",
     r"[(\[](?:[kmµ]?n|[mµ]?m|[mk]?v|m?a|lbf|in)[)\]] ?@(?= ?[\d.,]+ ?[km]?hz\b)",
     rf"{SAMPLING_PERHAPS}(?={_SOME_HZ})",
+    rf"(?:acquisition|acquired|recorded|logged) (?:at|with)(?={_SOME_HZ})",
     rf"{_NEXT}{RATE_NUMBER} ?{SAMPLES_EACH_SECOND})",
     rf"{_NEXT}{RATE_NUMBER} ?[km]?hz (?:sampling|acquisition|daq)\b(?!\D{{0,12}}\d))",
 )
 ASSUMED_SPANS = (
     rf"{SAMPLING_PERHAPS}(?={_SOME_S})",
+    rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT} (?:sampling|acquisition)\b(?! (?:delay|jitter|window)|\D{{0,12}}\d))",
     rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
 """Words for a rate or an interval that may be another's than the rows'."""
@@ -88,7 +90,7 @@ OTHERWISE = re.compile(
     re.IGNORECASE,
 )
 """Words beside a rate that need not be the rate of the rows."""
-OF_OTHER_CHANNELS = re.compile(r"\b(?:probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
+OF_OTHER_CHANNELS = re.compile(r"\b(?:mains|hum\b|probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
 """Words beside which a rate without words of its own is that of another channel."""
 LONGEST_LINE = 1000
 """Letters of a line in which a rate is looked for: what is longer is a line of a table, or hostile."""

@@ -25,6 +25,8 @@ MISSING_AT_MOST = 0.15
 
 FEWEST_OF_RUN, EVEN = 20, 0.1
 """Rows above which a run has a rate of its own, and largest departure of its steps from their median."""
+WHOLE_TICKS, FEWEST_TICKS = 0.02, 20
+"""Departure of steps from whole ticks of a clock, and fewest ticks by which an even interval is seen in them."""
 SAID_ONE_BY_ONE = 3
 """More cuts of one kind than this are said in one line."""
 
@@ -125,7 +127,30 @@ def time_base(
     for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
         piece = _piece(clock.part(slice(begin, end)), begin, base.dt, irregular, counted)
         base.pieces.append(replace(piece, findings=(*said, *piece.findings)))
-    return base
+    resampled = any(f.kind == "resampled" for p in base.pieces for f in p.findings)
+    ticking = _ticking_base(time, stated) if resampled and not cuts and number is None else None
+    return ticking or base
+
+
+def _ticking_base(time: Array, stated: float | None) -> TimeBase | None:
+    """Return the even base of which times are rounded to ticks of a clock, of any length; None if they are not."""
+    number = series.ordinals(len(time))
+    tick = min(float(np.min(s, where=s > 0.0, initial=np.inf)) for _, s in series.steps(time))
+    whole = all(bool(np.all(np.abs(s / tick - np.round(s / tick)) < WHOLE_TICKS)) for _, s in series.steps(time))
+    slope, _, off = line(number, time)
+    if not whole or off > 0.55 * tick:
+        return None
+    if (span := float(time[-1] - time[0])) < FEWEST_TICKS * tick:
+        return None
+    dt = _shortest_decimal(slope, 0.5 * slope * tick / span)
+    low, high = series.extremes(series.mapped(lambda t, k: t - dt * k, time, number))
+    if high - low > (1.0 + WHOLE_TICKS) * tick:  # times are rounded within one tick
+        dt = _shortest_decimal(slope, slope * _uncertainty(off / slope, len(time)))
+    if stated is not None and abs(stated / slope - 1.0) * len(time) > 2.0 * off / slope + 0.5:
+        return None
+    text = f"times are rounded to {tick:.6g} s: the interval {stated or dt:.6g} s is a fit over {len(time)} rows"
+    said = Finding("rounded-time", "", None, text)
+    return TimeBase(stated or dt, [GridPiece(slice(0, len(time)), float(time[0]))], [said])
 
 
 def _differ_in_rate(time: Array, runs: list[tuple[int, int]]) -> bool:

@@ -52,6 +52,33 @@ def test_one_quantity_in_two_units_is_taken_once(factor: float, kinds: list[str]
     assert ("force" in {s.name for s in signals}) == (kinds == ["twice"])
 
 
+def _wave(name: str, unit: str, factor: float, place: int = 0, phase: float = 0.0) -> Column:
+    return Column(name, unit, factor * np.sin(np.arange(200) / 9 + phase), place)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "other", "said"),
+    [
+        (_wave("Crosshead", "mm", 10.3), _wave("LVDT", "mm", 10.0), True),
+        (_wave("Crosshead", "mm", 10.3), _wave("Disp. transducer", "in", -0.4), True),
+        (_wave("Standard travel", "mm", 10.0), _wave("Crosshead absolute", "mm", 10.3), True),
+        (_wave("Standardkraft", "N", 900.0), _wave("DMS", "N", 850.0), True),
+        (_wave("Crosshead", "mm", 10.0), _wave("LVDT", "in", 10.0 / 25.4), False),  # the same
+        (_wave("Displacement", "mm", 10.0), _wave("Displacement filtered", "mm", 9.9), False),
+        (_wave("Displacement", "mm", 10.0), _wave("Pin", "mm", 1.0, phase=1.0), False),  # moves otherwise
+        (_wave("Displacement", "mm", 10.0), _wave("Shim", "mm", 0.0), False),
+        (_wave("Force", "N", 900.0), _wave("Friction", "N", 90.0), False),
+        (_wave("Velocity", "mm/s", 900.0), _wave("Rod", "mm/s", 850.0), False),
+    ],
+)
+def test_a_column_that_goes_with_the_chosen_one_is_said(chosen: Column, other: Column, said: bool) -> None:
+    signals, findings = name_signals((chosen, replace(other, index=1)), Rules(), "log.csv")
+    assert signals[0].name in ("displacement", "force", "velocity")
+    text = "".join(f.text for f in findings if f.kind == "ambiguous-channel")
+    assert text.startswith(f"'{chosen.name}' is taken as the {signals[0].name}; '{other.name}' may be meant") == said
+    assert bool(text) == said
+
+
 @pytest.mark.parametrize(("wanted", "found"), [("F (kN)", True), ("F (N)", False)])
 def test_a_map_may_name_a_column_as_its_header_does(wanted: str, found: bool) -> None:
     rules = Rules(channels={"force": ChannelRule(column=wanted, unit="kN")})
@@ -192,9 +219,48 @@ def test_columns_named_by_paths_are_called_by_what_differs(
     assert [(c.name, c.unit) for c in columns] == called
 
 
-def test_a_demand_alone_is_said() -> None:
-    _, findings = name_signals(_columns(("Demand Position", "mm"), ("Load", "N")), Rules(), "log.csv")
-    assert [(f.kind, f.channel) for f in findings] == [("not-measured", "displacement")]
+@pytest.mark.parametrize(
+    ("name", "unit", "channel"),
+    [
+        ("Demand Position", "mm", "displacement"),
+        ("Requested current", "A", "current"),
+        ("Corrente impostata", "A", "current"),
+        ("Sollstrom", "A", "current"),
+        ("Prąd zadany", "A", "current"),
+        ("Wegabweichung", "mm", "displacement"),
+        ("Courant de commande", "A", "current"),
+        ("Сила трения", "N", "force"),
+        ("设定电流", "A", "current"),
+        ("仿真力", "N", "force"),
+        ("変位指令", "mm", "displacement"),
+        ("최대하중", "N", "force"),
+    ],
+)
+def test_a_demand_alone_is_said(name: str, unit: str, channel: str) -> None:
+    signals, findings = name_signals(_columns((name, unit), ("Temp", "degC")), Rules(), "log.csv")
+    assert [(f.kind, f.channel) for f in findings] == [("not-measured", channel)]
+    assert channel not in {s.name for s in signals}
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "channel"),
+    [
+        ("阻尼器位移", "mm", "displacement"),
+        ("电流传感器", "A", "current"),
+        ("模拟输入电流", "A", "current"),
+        ("ばね上加速度", "m/s^2", "acceleration"),
+        ("Сила тока катушки", "A", "current"),
+        ("Усилие на штоке", "N", "force"),
+        ("Corrente bobina", "A", "current"),
+        ("Iststrom", "A", "current"),
+        ("Solenoid current", "A", "current"),
+        ("Sollicitation", "N", "force"),
+        ("Course du piston", "mm", "displacement"),
+        ("출력 전류", "A", "current"),
+    ],
+)
+def test_words_of_other_languages_for_what_was_measured(name: str, unit: str, channel: str) -> None:
+    assert [n for n, _ in _names((name, unit), ("Temp", "degC"))] == [channel, "temperature"]
 
 
 @pytest.mark.parametrize(
@@ -211,6 +277,9 @@ def test_a_demand_alone_is_said() -> None:
         ([("Battery current", "A"), ("Supply voltage", "V")], ["battery_current", "supply_voltage"]),
         ([("Cooling air velocity", "m/s"), ("Velocity", "mm/s")], ["cooling_air_velocity", "velocity"]),
         ([("Load current", "mA")], ["current"]),
+        ([("电机电流", "A"), ("线圈电流", "A")], ["电机电流", "current"]),
+        ([("モータ電流", "A"), ("Corrente motore", "A"), ("전류", "A")], ["モータ電流", "corrente_motore", "current"]),
+        ([("位移传感器电压", "V"), ("电流", "A")], ["位移传感器电压", "current"]),
     ],
 )
 def test_amperes_of_a_sensor_are_no_coils(header: list[tuple[str, str]], channels: list[str]) -> None:

@@ -33,6 +33,44 @@ def test_a_time_named_by_a_path_has_its_unit(read_log: ReadLog) -> None:
     assert record.dt == 0.01
 
 
+@pytest.mark.parametrize(
+    ("name", "first", "step", "dt"),
+    [("ts", 0.0, 5e-3, 5e-3), ("ts", 1710412522000.0, 5.0, 5e-3), ("__time", 1710412522.125, 5e-3, 5e-3)],
+)
+def test_other_names_of_times(name: str, first: float, step: float, dt: float, read_log: ReadLog) -> None:
+    rows = "".join(f"{first + step * k:.3f},{k},{-k}\n" for k in range(60))
+    (record,) = read_log(f"{name},/rig/force_N,/rig/disp_mm\n{rows}")
+    assert record.dt == pytest.approx(dt) and set(record.channels) == {"force", "displacement"}
+
+
+def test_a_ts_that_does_not_rise_or_stands_beside_times_is_another_quantity(read_log: ReadLog) -> None:
+    rows = "".join(f"{5e-3 * k:.3f},{21.5 + k % 3},{k}\n" for k in range(60))
+    with pytest.raises(Refusal, match="no time column"):
+        read_log("disp_mm,ts,force_N\n" + rows)
+    (record,) = read_log("time_s,ts,force_N\n" + rows)
+    assert set(record.channels) == {"ts", "force"}
+
+
+@pytest.mark.parametrize("header", ["s,mm,N", "sec,mm,N", "ms,kN,mm"])
+def test_a_header_of_units_alone_calls_columns_by_them(header: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{5e-3 * k:.3f},{k},{k % 7}\n" for k in range(60))
+    (record,) = read_log(f"{header}\n{rows}")
+    assert record.dt == pytest.approx(5e-6 if "ms" in header else 5e-3)
+    assert set(record.channels) == {"force", "displacement"}
+    assert "named-by-unit" in {f.kind for f in record.findings}
+
+
+@pytest.mark.parametrize("header", ["t,s,F", "s,V,A", "h,min,s", "t,mm,s", "d,mm,N", "h,mm,T"])
+def test_letters_that_may_be_names_are_no_units(header: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{5e-3 * k:.3f},{k},{k % 7}\n" for k in range(60))
+    try:
+        (record,) = read_log(f"{header}\n{rows}")
+    except Refusal:
+        return
+    assert not {"force", "displacement"} & set(record.channels)
+    assert "named-by-unit" not in {f.kind for f in record.findings}
+
+
 def test_two_units_of_one_column_are_said_to_contradict(read_log: ReadLog) -> None:
     (record,) = read_log("Time (s),Force (kN),Disp (mm)\ns,N,mm\n" + ROWS)
     assert "force" not in record.channels

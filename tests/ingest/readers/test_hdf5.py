@@ -37,6 +37,20 @@ def test_a_table_of_named_columns(read_log: ReadLog) -> None:
     np.testing.assert_allclose(record.channels["current"], two)
 
 
+@pytest.mark.parametrize(("name", "dt"), [("time_us", 5e-3), ("time_ms", 5.0), ("ts", 5e-3), ("t_s", 5e3)])
+def test_the_unit_of_the_times_of_a_group(name: str, dt: float, read_log: ReadLog) -> None:
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file[f"log/{name}"] = np.arange(300) * (5e-3 if name == "ts" else 5e3)
+        file["log/force_N"] = file["log/disp_mm"] = np.sin(np.arange(300) / 9)
+    if dt > 600.0:
+        with pytest.raises(Refusal, match="its times in 's' make 5e"):
+            read_log(buffer.getvalue(), "run.h5")
+    else:
+        (record,) = read_log(buffer.getvalue(), "run.h5")
+        assert record.dt == pytest.approx(dt) and set(record.channels) == {"displacement", "force"}
+
+
 @pytest.mark.parametrize("data", [hdf5().data[:1500], hdf5().data[:8] + b"\0" * 2000])
 def test_damaged_file_is_refused(data: bytes, read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="damaged HDF5"):

@@ -58,6 +58,18 @@ def test_every_way_to_write_a_log_gives_the_same(form: str, tmp_path: Path) -> N
     np.testing.assert_allclose(recording.channels["displacement"], TRAVEL / 1e3, atol=1e-12)
 
 
+@pytest.mark.parametrize("step", [5, 0])
+def test_stamps_are_times_where_they_rise(step: int, tmp_path: Path) -> None:
+    rows = [{"ts": 1710412522000 + step * k, "force_N": f} for k, f in enumerate(FORCE.tolist())]
+    (tmp_path / "run.json").write_text("\n".join(map(json.dumps, rows)))
+    if step:
+        (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+        assert recording.dt == pytest.approx(5e-3)
+    else:
+        with pytest.raises(DataError, match="no time column"):
+            read([tmp_path / "run.json"], Settings())
+
+
 def test_a_record_on_each_line_and_null_are_read(tmp_path: Path) -> None:
     rows = [dict(r, force=None) if k == 7 else r for k, r in enumerate(RECORDS)]
     (tmp_path / "run.json").write_text("\n".join(json.dumps(r) for r in rows))

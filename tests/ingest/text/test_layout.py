@@ -209,6 +209,23 @@ HEADERS = {
         "Time\tStroke\tForce\nMX_0\tMX_0 CH=1\tMX_0 CH=2\ns\tmm\tN\nSensor: -\tSensor: WA\tSensor: U10\n",
         _table(SECONDS, "\t"),
     ),
+    "words on the columns below names and units": (
+        "Time\tStroke\tForce\ns\tmm\tN\nDAQ\tWA 100\tclamp 2 V\n",
+        _table(SECONDS, "\t"),
+    ),
+    "a title above units and names": ("Rig\t7\tA\ns\tmm\tN\nTime\tStroke\tForce\n", _table(SECONDS, "\t")),
+    "a label before the first row": (
+        "name,Time,Stroke,Force\nunit,s,mm,N\nfirst",
+        "".join(f",{line}\n" for line in _table(SECONDS).splitlines()),
+    ),
+    "the word for data before the first row": (
+        "Signal:,Time,Stroke,Force\nUnit:,s,mm,N\nData:",
+        "".join(f",{line}\n" for line in _table(SECONDS).splitlines()),
+    ),
+    "a label before numbers of another kind": (
+        "name,Time,Stroke,Force\nunit,s,mm,N\nscale,1,1,1\n",
+        "".join(f",{line}\n" for line in _table(SECONDS).splitlines()),
+    ),
     "comments below the names": ('"Time","CH1[mm]","CH2[N]"\n"","Stroke","Load"\n', _table(SECONDS)),
     "a number and a clock above units": ("Time,CH1 Stroke,CH2 Force\nTime,mm,N\n", _table(SECONDS)),
     "units behind commas": ("Time, s,Stroke, mm,Force, N\n", _table(SECONDS)),

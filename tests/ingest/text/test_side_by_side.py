@@ -20,6 +20,7 @@ def _rows(second: int = 300, apart: str = ",") -> str:
     [
         "Time,Stroke,Force,Time,Stroke,Force\ns,mm,N,s,mm,N\n",
         "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n",
+        "Run 1: Time (s),Run 1: Stroke (mm),Run 1: Force (N),Run 2: Time (s),Run 2: Stroke (mm),Run 2: Force (N)\n",
         "I = 0 A,,,I = 1 A,,\nTime (s),Stroke (mm),Force (N),Time (s),Stroke (mm),Force (N)\n",
     ],
 )
@@ -31,6 +32,13 @@ def test_tests_with_times_of_their_own(header: str, second: int, read_log: ReadL
     np.testing.assert_allclose(two.channels["force"], -FORCE[:second])
     assert "side-by-side" in {f.kind for f in one.findings}
     assert two.rows_refused == 0
+
+
+@pytest.mark.parametrize(("before", "name"), [("Latest: ", "plunger"), ("Left: ", "left_plunger")])
+def test_a_run_before_every_name_is_no_part_of_it(before: str, name: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{2e-3 * k:.3f},{f},{k}\n" for k, f in zip(K, FORCE, strict=True))
+    (record,) = read_log(f"{before}Time (s),{before}Force (N),{before}Plunger\n{rows}")
+    assert set(record.channels) == {"force", name}
 
 
 def test_each_has_the_parts_of_its_own_clock(read_log: ReadLog) -> None:

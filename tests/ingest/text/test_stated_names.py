@@ -19,6 +19,9 @@ ROWS = "".join(f"{2e-3 * k:.3f},{x},{f}\n" for k, x, f in zip(K, STROKE, FORCE, 
         "All forces in kN, lengths in mm\nTime,Displacement,Force",
         "# col 1: time [s]\n# col 2: displacement [mm]\n# col 3: force [kN]",
         "% 1 Time (s)\n% 2 Stroke (mm)\n% 3 Force (kN)",
+        "# Columns: 1 time [s]; 2 displacement [mm]; 3 force [kN]",
+        "% 0: Time (s), 1: Stroke (mm), 2: Force (kN)",
+        "# 1: Time (s)\n# 2: Stroke (mm, outwards positive)\n# 3: Force (kN)",
         "CH1 = Displacement [mm]\nCH2 = Force [kN]\nTime (s),CH1,CH2",
         "CH,Signal name,Range,Span\nCH1,Stroke,10V,mm\nCH2,Load,5V,kN\nTime (s),CH1,CH2",
     ],
@@ -54,5 +57,7 @@ def test_a_written_unit_comes_before_a_note(read_log: ReadLog) -> None:
 
 
 def test_a_list_of_other_numbers_names_no_columns(read_log: ReadLog) -> None:
+    with pytest.raises(Exception, match="no header says"):
+        read_log(f"# Steps: 1 time [s]; 2 displacement [mm]\n{ROWS}")
     with pytest.raises(Exception, match="no header says"):
         read_log(f"# 4 Time (s)\n# 7 Stroke (mm)\n# 9 Force (kN)\n{ROWS}")

@@ -13,6 +13,7 @@ BEGIN = datetime(2026, 11, 28, 23, 59, 59, 500000)
 FORMS = {
     "basic": "{t:%Y%m%dT%H%M%S}.{ms}",
     "basic, apart": "{t:%Y%m%d %H:%M:%S}.{ms}",
+    "dashes": "{t:%Y-%m-%d_%H-%M-%S}.{ms}",
     "ctime": "{t:%a %b %d %H:%M:%S}.{ms} {t:%Y}",
     "month first": '"{t:%b %d, %Y %I:%M:%S}.{ms} {t:%p}"',
     "month first, no comma": "{t:%B %d %Y %H:%M:%S}.{ms}",
@@ -70,6 +71,7 @@ def test_semicolons_and_decimal_commas(name: str, read_log: ReadLog) -> None:
         "Runs 3 s long\n",
         "date 28.11.2026;12:00\n",
         "20261128,12.5\n",
+        "run_2026-11-28_12-00-00.5,1\n",
     ],
 )
 def test_plain_times_and_statements_of_a_header_are_left(text: str) -> None:

@@ -1,3 +1,5 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -51,6 +53,33 @@ def test_rounded_times_without_a_stated_rate_are_said() -> None:
     base = time_base(np.round(np.arange(3000) * 1.6e-6, 6), None)
     assert base.dt == pytest.approx(1.6e-6, rel=1e-4)
     assert [f.kind for f in base.findings] == ["rounded-time"]
+
+
+@pytest.mark.parametrize("rounded", [np.floor, np.round])
+@pytest.mark.parametrize(
+    ("interval", "tick"), [(0.005, 0.016), (0.01, 0.06), (0.00996, 0.06), (0.2, 0.36), (1e-3, 0.6)]
+)
+def test_times_in_ticks_of_any_length_are_even(
+    interval: float, tick: float, rounded: Callable[[series.Values], series.Values]
+) -> None:
+    time = rounded(np.arange(20_000) * interval / tick + 1e-9) * tick
+    base = time_base(time, None)
+    assert base.dt == pytest.approx(interval, rel=1e-12)
+    assert [(p.rows, p.position) for p in base.pieces] == [(slice(0, 20_000), None)]
+    assert [f.kind for f in base.findings] == ["rounded-time"]
+    assert time_base(time, interval).dt == interval
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        np.cumsum(np.random.default_rng(1).integers(1, 4, 2000)) * 1e-3,  # uneven steps of whole milliseconds
+        np.arange(2000) * 5e-3 + np.random.default_rng(1).uniform(-2e-3, 2e-3, 2000),
+        np.delete(np.floor(np.arange(2000) * 0.05 / 0.06 + 1e-9) * 0.06, [500, 501, 502, 900]),
+    ],
+)
+def test_uneven_times_are_no_ticks(time: series.Values) -> None:
+    assert [f.kind for p in time_base(time, None).pieces for f in p.findings] == ["resampled"]
 
 
 def test_stated_interval_wins_over_rounded_times() -> None:
