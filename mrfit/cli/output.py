@@ -461,10 +461,10 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
         from mrfit.search import strategies
 
         return [{"name": n, "title": spec.title} for n, spec in strategies.specs().items()]
-    found = {n: registry.load(singular, n).SPEC for n in registry.names(singular)}
     if singular == "model":
-        return [{"name": n, "title": spec.title, "predicts": spec.output} for n, spec in found.items()]
-    return [{"name": n, "title": spec.title} for n, spec in found.items()]
+        models = {n: registry.load("model", n).SPEC for n in registry.names("model")}
+        return [{"name": n, "title": spec.title, "predicts": spec.output} for n, spec in models.items()]
+    return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
 
 
 def _names_where_quiet(rows: Sequence[Summary]) -> None:
