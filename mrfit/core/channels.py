@@ -32,11 +32,11 @@ class Channel:
 
 ABROAD = {
     "displacement": "weg, verschiebung, auslenkung, desplazamiento, posición, posicion, déplacement, deplacement, "
-    "spostamento, posizione, standardweg, перемещение, ход, 位移, 変位, ストローク, 변위",
+    "spostamento, posizione, перемещение, ход, 位移, 変位, ストローク, 변위",
     "velocity": "geschwindigkeit, velocidad, vitesse, velocità, velocita, скорость, 速度, 속도",
     "acceleration": "beschleunigung, aceleración, aceleracion, accélération, accelerazione, ускорение, 加速度, 가속도",
-    "force": "kraft, standardkraft, fuerza, forza, сила, усилие, нагрузка, 力, 阻尼力, 载荷, 荷重, 減衰力, 하중, 힘",
-    "current": "strom, spulenstrom, corriente, courant, corrente, ток, тока, сила тока, 电流, 電流, 전류",
+    "force": "kraft, fuerza, forza, сила, усилие, нагрузка, 力, 阻尼力, 载荷, 荷重, 減衰力, 하중, 힘",
+    "current": "strom, spulenstrom, corriente, courant, corrente, ток, сила тока, 电流, 電流, 전류",
     # not tension, tensión, tensione: a voltage in one language, a pull in the other
     "voltage": "spannung, spulenspannung, voltaje, voltaggio, напряжение, 电压, 電圧, 전압",
     "flux": "flussverkettung, 磁链",
@@ -54,15 +54,10 @@ None means something else in another of them or in English.
 CHANNELS: dict[str, Channel] = {
     name: Channel(name, unit, symbol, (*aliases, *filter(None, ABROAD.get(name, "").split(", "))))
     for name, unit, symbol, aliases in (
-        (
-            "displacement",
-            "m",
-            "x",
-            ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment", "standard travel"),
-        ),
+        ("displacement", "m", "x", ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment")),
         ("velocity", "m/s", "v", ("v_piston", "vel", "speed", "piston velocity")),
         ("acceleration", "m/s^2", "a", ("acc", "accel")),
-        ("force", "N", "F", ("f", "load", "axial force", "standard force")),
+        ("force", "N", "F", ("f", "load", "axial force")),
         ("current", "A", "i", ("i", "curr", "amp", "amps", "coil current", "i_coil")),
         ("voltage", "V", "u", ("u", "v", "volt", "volts", "coil voltage", "u_coil")),
         ("flux", "Wb", "λ", ("lambda", "flux linkage", "flux_linkage", "λ", "linkage")),

@@ -32,21 +32,22 @@ NOT_MEASURED = OF_DIFFERENCES | frozenset(
     "querkraft latéral lateralkraft spring clamp clamping grip inertia cooling vorspannkraft vorspannung spool "
     "diameter length level "
     # English and German
-    "requested required programmed increment uncertainty maximale maximaler minimale minimaler reibung federkraft "
+    "fit fitted calculated computed requested required programmed increment uncertainty maximale maximaler minimale "
+    "minimaler reibung "
     # Italian, French, Spanish and Portuguese
-    "impostata impostato comando comandata comandato richiesta richiesto programmata programmato obiettivo attrito "
-    "massima massimo minima minimo picco scostamento simulata molla commande commandé commandée demandé demandée cible "
-    "frottement erreur maximale minimal écart simulée ressort fricción friccion rozamiento objetivo deseada deseado "
-    "programada máxima máximo maxima mínimo desviación simulada muelle resorte limite límite desejada desejado mola "
+    "impostata impostato comandata comandato richiesta richiesto programmata programmato obiettivo attrito "
+    "massima massimo minima minimo picco scostamento simulata commandé commandée demandé demandée cible "
+    "frottement erreur maximale minimal écart simulée fricción friccion rozamiento objetivo deseada deseado "
+    "programada máxima máximo maxima mínimo desviación simulada limite límite desejada desejado "
     # Polish, Czech and Russian
     "zadany zadana zadane zadaná žádaná żądany żądana żądane "
     "заданный заданная заданное задание уставка требуемый требуемая требуемое ошибка ошибки погрешность погрешности "
     "рассогласование трение трения макс максимальный максимальная максимальное минимальный минимальная минимальное "
-    "расчетный расчётный расчетная расчётная расчетное расчётное пружины "
+    "расчетный расчётный расчетная расчётная расчетное расчётное "
     # Chinese, Japanese and Korean
-    "设定 设置 给定 预设 目标 指令 命令 期望 参考 误差 偏差 摩擦 仿真 预测 最大 最小 峰值 极限 阈值 上限 下限 振幅 "
-    "噪声 惯性 弹簧 侧向 横向 設定 目標 要求 参照 誤差 予測 慣性 설정 목표 지령 명령 요구 오차 편차 마찰 예측 최대 "
-    "최소 진폭 한계".split()
+    "设定 设置 给定 预设 目标 指令 命令 期望 误差 偏差 摩擦 仿真 预测 最大 最小 峰值 极限 阈值 上限 下限 "
+    "噪声 侧向 横向 設定 目標 要求 誤差 予測 설정 목표 지령 명령 요구 오차 편차 마찰 예측 최대 "
+    "최소 한계".split()
 )
 """Words of columns that say what was asked for, how far off it was, one number of many samples, or another quantity."""
 NOT_MEASURED_COMPOUND = re.compile(
@@ -73,10 +74,27 @@ SAME_QUANTITY = 1e-3
 """Greatest difference, in the greatest value, of columns that hold one quantity in two units."""
 RIVALLED, TOGETHER = ("displacement", "force"), 0.9
 """Channels that several instruments of one test may measure, and least correlation of their numbers."""
+FEWEST_TOGETHER, HUGE = 20, 1e100
+"""Fewest numbers that tell whether two columns move together, and the size from which no square is a number."""
+OF_TREATED = frozenset("filtered smoothed raw".split())
+"""Words of columns that hold the same again."""
+OF_TESTERS = {
+    **{"standardweg": "displacement", "standard travel": "displacement"},
+    **{"standardkraft": "force", "standard force": "force"},
+}
+"""What a testing machine calls its own sensors, in units of others, too."""
 LETTERS = re.compile(r"[a-zà-ɏ]+|[α-ԯ]+|[\u2e80-\uffff]+")
 """Letters of one script; the last one's put no blanks between words."""
 LONGEST_PART = 6
 """Letters of the longest word that is looked for within a name of such a script."""
+OF_COILS = re.compile("线圈|音圈|励磁|コイル|코일|катушк")
+"""Words of a coil's current in such scripts, beside those for what it drives."""
+OF_CURRENT_SENSORS = re.compile("电流传感器|電流センサ|전류 ?센서|датчик тока")
+OF_SPECIMENS = re.compile(
+    r"(?:最大|макс\.?|\bmax\.?|massim[ao]|máxim[ao]) ?\d+"
+    r"|(?:横向|摩擦|마찰) ?(?:减振器|阻尼器|ダンパ|댐퍼)"
+)
+"""A sensor's range, and kinds of dampers, which hold words for what is not measured."""
 LOOP = (3.6e-3, 21e-3)
 """Current in A of a sensor's loop of 4 to 20 mA."""
 
@@ -342,7 +360,8 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                 Finding("named-by-unit", "", None, f"{shown}, by the unit alone; a channel map can say another")
             )
         for column in filter(_is_not_measured, columns):
-            if meant := [n for _, n in _candidates(column) if n not in claims.values()]:
+            wanted = [n for s, n in _candidates(column) if s > 1 or n in (*RIVALLED, "current")]
+            if meant := [n for n in wanted if n not in claims.values()]:
                 what = f"'{column.name}' is called what was asked for, a limit, an error, or a part of another quantity"
                 text = f"{what}: it is not taken as {meant[0]}; a channel map can say otherwise"
                 findings.append(Finding("not-measured", meant[0], None, text))
@@ -351,7 +370,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
 
 def _rivals_said(chosen: Column, name: str, rivals: Sequence[tuple[int, Column]]) -> list[Finding]:
     """Return the finding on columns in the unit of a chosen one, called otherwise, that go with it but differ."""
-    others = [c for _, c in rivals if c is not chosen and c.unit and not _words(chosen) & _words(c)]
+    others = [c for _, c in rivals if c is not chosen and c.unit and not _words(c) & (_words(chosen) | OF_TREATED)]
     told = [c for c in others if chosen.unit and _goes_with(chosen, c, unit_of(name))]
     if name not in RIVALLED or not told:
         return []
@@ -362,15 +381,18 @@ def _rivals_said(chosen: Column, name: str, rivals: Sequence[tuple[int, Column]]
 
 def _goes_with(one: Column, other: Column, unit: str) -> bool:
     """Whether two columns move together, and are not the same."""
-    a, b = (units.to_unit(c.unit or unit, unit).scale * np.asarray(c.values[0:SIZE_SAMPLES]) for c in (one, other))
-    both = np.isfinite(a) & np.isfinite(b)
+    with np.errstate(over="ignore"):
+        a, b = (units.to_unit(c.unit or unit, unit).scale * np.asarray(c.values[0:SIZE_SAMPLES]) for c in (one, other))
+    both = (np.abs(a) < HUGE) & (np.abs(b) < HUGE)
+    if np.count_nonzero(both) < FEWEST_TOGETHER:
+        return False
     a, b = a[both] - np.mean(a[both]), b[both] - np.mean(b[both])
     size = float(np.sqrt(a @ a * (b @ b)))
     return size > 0.0 and abs(float(a @ b)) >= TOGETHER * size and bool(np.ptp(a - b) > SAME_QUANTITY * np.ptp(a))
 
 
 def _candidates(column: Column) -> list[tuple[int, str]]:
-    """Return (strength, channel) of what a column may be: 3 by its name, 2 by a word in it, 1 by its unit."""
+    """Return (strength, channel) of what a column may be: 4 by name, 3 by a tester's, 2 by a word, 1 by unit."""
     exact = aliases_of(column.name)
     if column.unit is None:
         return [(3, n) for n in exact if len(column.name.strip()) > 1 and n not in ANGULAR]
@@ -378,7 +400,9 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
         return []
     possible = [n for n in units.channels_of(column.unit)]
     if named := [n for n in exact if n in possible]:
-        return [(3, n) for n in named]
+        return [(4, n) for n in named]
+    if (own := OF_TESTERS.get(" ".join(words_of(column.name)), "")) in possible:
+        return [(3, own)]
     spoken = _spoken(column, possible)
     if _is_no_coils(column):
         spoken, possible = ([n for n in among if n not in ("current", "voltage")] for among in (spoken, possible))
@@ -391,32 +415,34 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
 
 def _is_not_measured(column: Column) -> bool:
     """Whether a name is of what no model takes; a damper-side force is measured at the damper, a side force across."""
-    words = _words(column)
+    words = _words_of_any_script(OF_SPECIMENS.sub("", column.name.lower()))
     compound = any(map(NOT_MEASURED_COMPOUND.match, words))
     return bool(NOT_MEASURED & words) or compound or re.match(r"side[ _]", column.name.strip().lower()) is not None
 
 
 def _words(column: Column) -> set[str]:
+    return set(re.split(r"[^a-zà-ÿ]+", " ".join(words_of(column.name))))
+
+
+def _words_of_any_script(name: str) -> set[str]:
     """Return the words of a name; in a script without blanks every part of it may be one."""
-    found = set(LETTERS.findall(" ".join(words_of(column.name))))
-    solid = [w for w in found if _is_without_blanks(w)]
+    found = set(LETTERS.findall(" ".join(words_of(name))))
+    solid = [w for w in found if w >= "\u2e80"]
     return found | {w[k : k + n] for w in solid for k in range(len(w)) for n in range(1, LONGEST_PART + 1)}
-
-
-def _is_without_blanks(word: str) -> bool:
-    return word >= "\u2e80"
 
 
 def _spoken(column: Column, among: Sequence[str]) -> list[str]:
     """Return the channels of which a column's name has a word."""
-    words = {w for w in _words(column) if len(w) > (1 if _is_without_blanks(w) else 2)}
-    return [n for n in among if words & {n, *CHANNELS[n].aliases}]
+    words = _words(column)
+    return [n for n in among if any(len(a) > 2 and a in words for a in (n, *CHANNELS[n].aliases))]
 
 
 def _is_no_coils(column: Column) -> bool:
     """Whether amperes or volts are a sensor's: its name says so, or another quantity, or they stay in its loop."""
     named = _spoken(column, list(CHANNELS))
-    if _words(column) & OF_SENSORS or "4-20" in column.name or "4..20" in column.name:
+    name = OF_CURRENT_SENSORS.sub("", column.name.lower())
+    of_sensor = bool(_words_of_any_script(name) & OF_SENSORS) and not OF_COILS.search(name)
+    if of_sensor or "4-20" in column.name or "4..20" in column.name:
         return True
     if named or column.unit is None or not units.compatible(column.unit, "A"):
         return bool(named) and not {"current", "voltage"} & set(named)
@@ -434,7 +460,9 @@ def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken
 
 def _has_another_name(column: Column) -> bool:
     """Whether a column is called by words, of which none is that of a channel or of an input of a recorder."""
-    words = {w for w in _words(column) if len(w) > 2 and not _is_without_blanks(w)} - OF_INPUTS
+    words = {w for w in _words(column) if len(w) > 2} - OF_INPUTS
+    if " ".join(words_of(column.name)) in OF_TESTERS:
+        return False
     return bool(words) and not _spoken(column, list(CHANNELS)) and not aliases_of(column.name)
 
 

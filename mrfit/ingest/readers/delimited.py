@@ -57,6 +57,8 @@ COUNT_OF_TIME = re.compile(r"tick|time|stamp|epoch|unix|clock|date", re.IGNORECA
 """What a column is called that counts from a date; a counter of another thing may be as long."""
 OF_COMPUTER = re.compile(r"\b(?:pc|host|computer|system|received|laptop)(?![a-z])", re.IGNORECASE)
 """Words of times at which a computer received the rows, which go by another clock."""
+OF_TESTS = frozenset("s ms m mm N kN A mA V mV m/s mm/s °C".split())
+"""Units of what a test measures, which are no names of anything."""
 SPARSE = 0.05
 NUMBERED_ROWS = 0.95
 """Least share of the first rows that a column must number to be no channel."""
@@ -105,7 +107,9 @@ def read(source: Source) -> list[Table]:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
-    header = without_runs(replace(header, units=written))
+    header = replace(header, units=written)
+    cut = header if source.rules.where else without_runs(header)
+    header = cut if len({*cut.names}) == len(cut.names) or tests_beside(cut) else header
     beside = () if source.rules.where or factors else tests_beside(header)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"
@@ -122,11 +126,10 @@ def read(source: Source) -> list[Table]:
 
 
 def _are_units_alone(header: Header) -> bool:
-    """Whether names are units, one of times and one of several letters, and may be nothing else."""
-    times = [n for n in header.names if units.compatible(n, "s")]
-    others = [n for n in header.names if n not in times]
-    known = not any(header.units) and all(units.known(n) and n.lower() not in TIME_NAMES for n in others)
-    return known and len(times) == 1 and (times[0] == "s" or len(times[0]) > 1) and any(len(n) > 1 for n in others)
+    """Whether names are units of the quantities of a test, and one of them of times."""
+    return (
+        not any(header.units) and OF_TESTS.issuperset(header.names) and sum(n in ("s", "ms") for n in header.names) == 1
+    )
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:
@@ -303,9 +306,11 @@ def _time_column(
     begins = [k for k in numeric if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
     worded = [k for k in begins if k in timed]
     even = [k for k in numeric if header.units[k] is None and _rises_evenly(source.head, grid, k)]
-    called = [k for k in numeric if header.names[k] == STAMP_NAME and header.units[k] is None]
-    rising = [k for k in even if k in (*begins, *called)]
-    firsts = _sample_rows(source.head, grid)[0] if even or called else []
+    stamped = [k for k in numeric if header.names[k] == STAMP_NAME and header.units[k] is None]
+    stamped = [] if source.rules.channels else stamped
+    rising = [k for k in even if k in (*begins, *stamped)]
+    firsts = _sample_rows(source.head, grid)[0] if even or stamped else []
+    called = [k for k in stamped if number_pattern(grid.decimal).fullmatch(firsts[k])]
     called += [k for k in even if COUNT_OF_TIME.search(header.names[k])]
     counting = [k for k in called if counted_since(float(firsts[k].replace(grid.decimal, ".")))[0]]
     for choice in (named, worded, timed, stamps, dated, rising, counting):

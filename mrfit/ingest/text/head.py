@@ -162,7 +162,7 @@ def _check_content(path: Path, raw: bytes) -> None:
         raise Refusal(path, "nothing but NUL bytes (a copy broken off)", again)
     if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
         raise Refusal(path, "nothing but blanks", again)
-    if raw.startswith(b"PK\x03\x04") and b".npy" in raw[: raw.find(b"\x93NUMPY")]:
+    if raw.startswith(b"PK\x03\x04") and raw[30 : 30 + int.from_bytes(raw[26:28], "little")].endswith(b".npy"):
         raise Refusal(path, "a NumPy archive (.npz), which mrfit does not read", "save its arrays as HDF5 or MAT")
     for magic, what, remedy in CONTAINERS:
         if raw.startswith(magic):

@@ -1,4 +1,4 @@
-"""A label before the first row of numbers, below lines that all begin with one."""
+"""The word for data before the first row of numbers, below lines that all begin with a label."""
 
 import re
 from collections.abc import Sequence
@@ -10,13 +10,15 @@ DATA_LABEL = re.compile(r"(?:trace[ _])?(?:data|values?|daten|werte) ?[:=]?", re
 
 
 def begins_rows(lines: Sequence[str], delimiter: str, decimal: str, width: int, time: int | None) -> bool:
-    """Whether the first of some lines is a row behind a label: the word for data, or times that go on below it."""
+    """Whether the first of some lines is a row behind the word for data, from which times go on where there are any."""
     number = number_pattern(decimal)
-    label, *cells = split(lines[0], delimiter)
-    if DATA_LABEL.fullmatch(label):
-        return len(cells) >= width and all(map(number.fullmatch, cells[:width]))
-    times = [c[time : time + 1] if time is not None else [] for c in (split(line, delimiter) for line in lines)]
-    if len(times) < 3 or not all(t and number.fullmatch(t[0]) for t in times):
+    rows = [split(line, delimiter) for line in lines]
+    if not DATA_LABEL.fullmatch(rows[0][0]) or len(rows[0]) <= width:
         return False
-    a, b, c = (float(t[0].replace(decimal, ".")) for t in times)
+    if not all(map(number.fullmatch, rows[0][1 : width + 1])):
+        return False
+    times = [row[time] for row in rows if len(row) > time] if time is not None else []
+    if len(times) < 3 or not all(map(number.fullmatch, times)):
+        return True
+    a, b, c = (float(t.replace(decimal, ".")) for t in times)
     return 0.0 < b - a < 1.5 * (c - b) < 2.25 * (b - a)

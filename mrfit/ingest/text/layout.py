@@ -232,8 +232,6 @@ def _header_of_rows(head: Head, grid: TextGrid, start: int, cells: list[tuple[in
     first = _first_of_rows(dict(cells), first)
     unit_row: list[str] | None = None
     rows = []
-    if len(fitting) > 2 and _is_comment(*(c for _, c in fitting[-3:])):
-        rows.append(head.lines[fitting.pop()[0]].strip())
     if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not is_name_row(fitting[-1][1])):
         place, unit_row = fitting.pop()
         rows.append(head.lines[place].strip())
@@ -313,15 +311,6 @@ def _up_to_names(fitting: list[tuple[int, list[str]]]) -> list[tuple[int, list[s
     known = [sum(map(is_recognised, filter(None, c))) * is_name_row(c) for _, c in fitting]
     named = [k for k, (n, (_, c)) in enumerate(zip(known, fitting, strict=True)) if 2 * n >= len(c)]
     return fitting[: named[-1] + 1] if named and not known[-1] else fitting
-
-
-def _is_comment(names: list[str], written: list[str], cells: list[str]) -> bool:
-    """Whether cells below known names and their units are words on these, as in Origin's third row."""
-    known = sum(map(is_recognised, names))
-    told = (
-        is_name_row(names) and is_name_row(cells) and len(set(names)) == len(names) and all(map(units.known, written))
-    )
-    return told and 2 * known >= len(names) and known > sum(map(is_recognised, cells))
 
 
 def _with_comments(names: list[str], comments: list[str]) -> list[str]:

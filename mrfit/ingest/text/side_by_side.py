@@ -24,7 +24,7 @@ def without_runs(header: Header) -> Header:
     """Return a header without the runs that stand before every name."""
     runs = [RUN_BEFORE.match(name) for name in header.names]
     cut = [name[m.end() :] for name, m in zip(header.names, runs, strict=True) if m]
-    return replace(header, names=tuple(cut)) if len(cut) == len(runs) else header
+    return replace(header, names=tuple(cut)) if all(cut) and len(cut) == len(runs) else header
 
 
 def tests_beside(header: Header) -> list[range]:

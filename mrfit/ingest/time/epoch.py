@@ -94,6 +94,11 @@ def counted_since(first: float) -> tuple[str, str]:
     return [*ticks, *((u, since) for u, each in SINCE_1970.items() if low * each <= first < high * each), ("", "")][0]
 
 
+def counts_since(values: Array) -> bool:
+    """Whether values (N,) rise as a count of times since a date."""
+    return bool(counted_since(float(values[0]))[0]) and series.rises(values)
+
+
 def _guessed(values: Array, first: float, stated: float | None) -> tuple[str, str]:
     """Return the unit that numbers without one show, and by what or since when they count."""
     unit, since = counted_since(first)

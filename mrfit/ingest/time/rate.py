@@ -30,6 +30,7 @@ WORDED_LABEL = (
     r"(?=[ _]*(?:rate|interval|frequency))))[ _]*(?P<word>rate|freq(?:uency)?|interval|period|time)(?![a-z])"
 )
 """Of a rate or an interval, as its last word says."""
+_NOT_TO_SAMPLE = " (?:delay|jitter|window|aperture|gate|clock)"
 OF_SAMPLING = r"(?:sampling|sampled at|(?:sampled|logging|logged|recorded) every)"
 """Words beside which a number with its unit is a rate or an interval, as the unit says."""
 SAMPLING_PERHAPS = (
@@ -65,7 +66,7 @@ ASSUMED_RATES = (
 )
 ASSUMED_SPANS = (
     rf"{SAMPLING_PERHAPS}(?={_SOME_S})",
-    rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT} (?:sampling|acquisition)\b(?! (?:delay|jitter|window)|\D{{0,12}}\d))",
+    rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT} (?:sampling|acquisition)\b(?!{_NOT_TO_SAMPLE}|\D{{0,12}}\d))",
     rf"{_NEXT}{RATE_NUMBER} ?{SPAN_UNIT}(?:/| per ){RATE_SAMPLES}\b)",
 )
 """Words for a rate or an interval that may be another's than the rows'."""
@@ -90,8 +91,13 @@ OTHERWISE = re.compile(
     re.IGNORECASE,
 )
 """Words beside a rate that need not be the rate of the rows."""
-OF_OTHER_CHANNELS = re.compile(r"\b(?:mains|hum\b|probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
+OF_OTHER_CHANNELS = re.compile(r"\b(?:probe|encoder|laser|thermo\w*|temperatur\w*)", re.IGNORECASE)
 """Words beside which a rate without words of its own is that of another channel."""
+OF_A_SIGNAL = re.compile(
+    r"[ -]{0,2}(?:mains|hum\b|sine|excit|driv|dither|pwm|carrier|sweep|vibrat|anti-?alias|noise|line\b)", re.IGNORECASE
+)
+"""Words behind a frequency that is a signal's."""
+HUM_BEFORE = re.compile(r"\b(?:mains|hum)[^\w,;]{1,3}(?:\w+ )?$", re.IGNORECASE)
 LONGEST_LINE = 1000
 """Letters of a line in which a rate is looked for: what is longer is a line of a table, or hostile."""
 ROUGHEST = 0.02
@@ -185,7 +191,7 @@ def stated_interval(
                 doubtful.append(found.text)
             elif match["assumed"] is not None or in_table:
                 slow = found.interval > 1.0 / SLOWEST_ASSUMED
-                assumed += [] if slow or OF_OTHER_CHANNELS.search(_around(match)) else [found]
+                assumed += [] if slow or _is_another(match) else [found]
             else:
                 clear.append(found)
     if not (clear or rivals or doubtful) and len({a.interval for a in assumed}) == 1:
@@ -250,6 +256,12 @@ def kind_stated(match: re.Match[str]) -> str:
     """Return ``s`` where a match of ``STATED_RATE`` is of an interval, and ``Hz`` where it is of a rate."""
     of_span = match["span"] is not None or match["assumed_span"] is not None
     return "s" if of_span or (match["word"] or "").lower() in SPAN_WORDS else "Hz"
+
+
+def _is_another(match: re.Match[str]) -> bool:
+    """Whether a rate without words of its own is that of another channel, or the frequency of a signal."""
+    behind = OF_A_SIGNAL.match(match.string, match.end("behind")) or HUM_BEFORE.search(match.string[: match.start()])
+    return behind is not None or OF_OTHER_CHANNELS.search(_around(match)) is not None
 
 
 def _around(match: re.Match[str]) -> str:
