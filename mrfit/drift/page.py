@@ -179,7 +179,7 @@ def _panel(axes: "Axes", trend: Trend) -> None:
         axes.fill_between(across, back(mean - half), back(mean + half), color=PALETTE[0], alpha=0.3, linewidth=0.0)
         if trend.population:
             # off the mean of the covariate the slope adds its error, here as to the mean
-            more = np.sqrt(half**2 - half.min() ** 2)
+            more = np.sqrt(np.maximum(half**2 - _half(trend.population.mean_interval) ** 2, 0.0))
             low, high = (
                 np.maximum(np.hypot(end - trend.population.mean, more), half) for end in trend.population.tolerance
             )
@@ -199,15 +199,22 @@ def _mean_of(trend: Trend, across: Array) -> tuple[Array, Array] | None:
     if trend.covariates and trend.fitted:
         x = np.column_stack([np.ones(BAND_POINTS), across - trend.values[:, 0].mean()])
         fitted = trend.fitted
-        spread = np.sqrt(np.einsum("na,ab,nb->n", x, fitted.covariance[:2, :2], x))
+        spread: Array = np.sqrt(np.einsum("na,ab,nb->n", x, fitted.covariance[:2, :2], x))
+        if trend.population:
+            at_mean = float(np.sqrt(fitted.covariance[0, 0]))
+            return x @ fitted.beta[:2], _half(trend.population.mean_interval) / at_mean * spread
         # wider by what small samples leave open of the covariance
         wider = float(np.max(fitted.errors[:2] / np.sqrt(np.maximum(np.diag(fitted.covariance)[:2], 1e-300))))
-        half: Array = float(stdtrit(fitted.degrees[:2].min(), 0.975)) * wider * spread
+        half = float(stdtrit(fitted.degrees[:2].min(), 0.975)) * wider * spread
         return x @ fitted.beta[:2], half
     if trend.population:
-        low, high = trend.population.mean_interval
-        return np.full(BAND_POINTS, trend.population.mean), np.full(BAND_POINTS, (high - low) / 2.0)
+        half = np.full(BAND_POINTS, _half(trend.population.mean_interval))
+        return np.full(BAND_POINTS, trend.population.mean), half
     return None
+
+
+def _half(interval: tuple[float, float]) -> float:
+    return (interval[1] - interval[0]) / 2.0
 
 
 def table_cells(found: DriftFile) -> list[dict[str, str | float | bool | None]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mrfit
-from mrfit.drift.page import range_rows
+from mrfit.drift.page import BAND_POINTS, _mean_of, range_rows
 from mrfit.io.schemas.drift import DriftFile
 from tests.drift.fleets import MEANS, fleet
 
@@ -159,3 +159,14 @@ def test_the_axis_of_units_far_apart_is_logarithmic_with_plain_numbers(tmp_path:
     mrfit.drift(fleet(np.random.default_rng(2), 6, between=1.5)).save(tmp_path)
     page = (tmp_path / "drift.html").read_text(encoding="utf-8")
     assert ">1000<" in page and "mathdefault" not in page
+
+
+def test_bands_of_a_trend_are_those_of_its_row() -> None:
+    table = fleet(np.random.default_rng(3), 8, columns={"cycles": np.linspace(0.0, 2e4, 8)})
+    for trend in mrfit.drift(table, over=["cycles"]).trends:
+        assert trend.population
+        found, half = _mean_of(trend, np.full(BAND_POINTS, trend.values.mean()))  # type: ignore[misc]
+        low, high = trend.population.mean_interval
+        assert half == pytest.approx((high - low) / 2.0) and low < found[0] < high
+        _, ends = _mean_of(trend, np.linspace(0.0, 2e4, BAND_POINTS))  # type: ignore[misc]
+        assert ends[0] > 1.2 * half[0] and ends[-1] > 1.2 * half[0]
