@@ -5,12 +5,14 @@ from collections.abc import Sequence
 
 from mrfit.core.counting import number_of
 from mrfit.core.grouping import grouped
-from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, VerdictRow
+from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, SheetFile, VerdictRow
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant, unit_html, with_interval
 
 PURE_NUMBERS = {"ratio": False, "closure": True, "efficiency": True, "ripple": True, "fade+": True, "fade-": True}
 """Pure numbers -> whether they are read in percent."""
+NEVER_NEGATIVE = ("ripple", "free travel")
+"""Sizes whose estimate may fall below zero by noise, where it is shown as zero."""
 CLEAR = 5.0
 """Widths of its interval from zero from which on the deviation of a cycle is told as a share."""
 PREFIXED = ("N", "m", "m/s", "s", "J", "N/m")
@@ -35,7 +37,16 @@ def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
     if row.value is None:
         return "–", "–", "", row.reason
     factor, unit = scaled(row.name, row.unit, row)
-    return *interval_text(factor, row.value, row.low, row.high), unit, over_cycles(row)
+    return *interval_text(factor, *_ends(row.name, row)), unit, over_cycles(row)
+
+
+def _ends(name: str, row: QuantityRow | VerdictRow) -> tuple[float, float | None, float | None]:
+    """Return value, low and high of a quantity that has a value, of sizes none below zero."""
+    value, low, high = (
+        max(v, 0.0) if v is not None and name in NEVER_NEGATIVE else v for v in (row.value, row.low, row.high)
+    )
+    assert value is not None
+    return value, low, high
 
 
 def over_cycles(row: QuantityRow) -> str:
@@ -54,7 +65,7 @@ def number_text(row: VerdictRow) -> str:
     if row.value is None:
         return "–"
     factor, unit = scaled(row.quantity, row.si_unit, row)
-    value, interval = interval_text(factor, row.value, row.low, row.high)
+    value, interval = interval_text(factor, *_ends(row.quantity, row))
     return f"{'off by ' if row.level == 'cycle' else ''}{value} {unit} ({interval})".replace("  ", " ")
 
 
@@ -73,6 +84,12 @@ def change_text(row: ChangeRow) -> str:
         return "–"
     value, interval = interval_text(100.0, row.change, row.low, row.high)
     return f"{value} % ({interval})"
+
+
+def unmatched_of(file: SheetFile) -> list[str]:
+    """Return the conditions that have no partner in the logs compared with, or in these."""
+    own = {c.condition for unit in file.units for c in unit.conditions}
+    return [f"{name} (only {'here' if name in own else 'in the logs compared with'})" for name in file.unmatched]
 
 
 def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:
