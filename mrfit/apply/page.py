@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 from mrfit.apply.damper import Damper
-from mrfit.report.numbers import significant
+from mrfit.report.numbers import significant, unit_html
 from mrfit.report.sections import Table
 
 Row = TypeVar("Row")
@@ -22,11 +22,12 @@ def facts_of(damper: Damper) -> list[tuple[str, str]]:
     spec = damper.assembly.spec
     varying = ", ".join(f"{n} (order {o})" for n, o in damper.orders) or "the current is an input of the model"
     values = ", ".join(
-        f"{n} {significant(v)} {p.unit}" for (n, v), p in zip(damper.parameters, spec.params, strict=True)
+        f"{n} {significant(v)} {unit_html(p.unit)}".strip()
+        for (n, v), p in zip(damper.parameters, spec.params, strict=True)
     )
     return [
         ("Damper", f"{damper.name}: {damper.model}"),
         ("Equation", spec.equation),
-        ("Current", f"{damper.low:g} to {damper.high:g} A; depends on it: {varying}"),
+        ("Current", f"{damper.low:.4g} to {damper.high:.4g} A; depends on it: {varying}"),
         ("Parameters", values),
     ]

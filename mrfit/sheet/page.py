@@ -38,10 +38,8 @@ def render(sheet: SheetContent) -> str:
     for number, unit in enumerate([u for u in file.units if u in worst], 1):
         sections += unit_sections(sheet, unit, f"u{number}", several)
     sections += _changes(file)
-    meanings = [(name, meaning) for name, (_, meaning) in SHEET_QUANTITIES.items()]
-    sections.append(
-        Section("Names", (), [Table("Names of quantities", ("quantity", "meaning"), meanings)], folded=True)
-    )
+    names = Table("Names of quantities", ("quantity", "meaning"), [(n, m) for n, (_, m) in SHEET_QUANTITIES.items()])
+    sections.append(Section("Names", (), [names], folded=True))
     if file.left_out:
         sections.append(Section("Left out", file.left_out))
     lead = f"{summary_of(file)}."
@@ -79,16 +77,13 @@ def unit_sections(sheet: SheetContent, unit: UnitRow, anchor: str, several: bool
     courses = [one for one in sheet.courses if one.unit == unit.unit]
     shown = []
     if loops:
-        compared = "; dashed: the logs compared with." if sheet.against else "."
+        words = "Mean cycle of every condition, in the colour of its current"
+        words += "; dashed: the logs compared with." if sheet.against else "."
         panels: list[Callable[[Axes], object]] = [
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "displacement"),
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "velocity"),
         ]
-        shown.append(
-            drawn(
-                f"{anchor}l", "Loops.", f"Mean cycle of every condition, in the colour of its current{compared}", panels
-            )
-        )
+        shown.append(drawn(f"{anchor}l", "Loops.", words, panels))
         panels = [
             lambda axes: figures.draw_peaks(axes, unit.conditions),
             lambda axes: figures.draw_history(axes, courses),
