@@ -9,14 +9,13 @@ import numpy as np
 from mrfit.apply.coil import BOUND, Coil, FluxCommand, FluxCurrent, current_of_flux
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.motion import check_length, sine_phase, written_sine
-from mrfit.apply.page import Columns, table_of
+from mrfit.apply.page import Columns, table_of, values_of
 from mrfit.apply.stage import spans, write
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.columns import part_of
 from mrfit.io.schemas.apply import CoilEntry, CurrentFile, CurrentRow, FluxCommandFile
-from mrfit.report.numbers import significant, unit_html
 from mrfit.report.sections import Section, SectionFigure, render
 from mrfit.settings.apply import CoilDrive
 
@@ -211,12 +210,10 @@ def _left_out(coil: Coil) -> list[str]:
 
 
 def _facts(coil: Coil) -> list[tuple[str, str]]:
-    known = zip(coil.parameters, coil.spec.params, strict=True)
-    values = (f"{n} {significant(v)} {unit_html(p.unit)}".strip() for (n, v), p in known)
     return [
         ("Coil", f"{coil.name}: {coil.model}"),
         ("Equation", coil.spec.equation),
-        ("Parameters", ", ".join(values)),
+        ("Parameters", values_of(coil.parameters, coil.spec)),
     ]
 
 

@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mrfit.apply.car import Control
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.inverse import FLAGS
 from mrfit.apply.laws import law_words
@@ -153,11 +152,12 @@ def quarter_car(work: Path, study: QuarterCar) -> schemas.QuarterCarFile:
     """Write the page of a quarter car, and its numbers; return the document."""
     car, timing = study.car, study.timing
     rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
+    desired = [f"{c.name} {c.damping:g}" for c in study.controls if c.name in ("skyhook", "groundhook", "hybrid")]
     seeds = ", ".join(f"{r.name}: {r.speed:g} m/s, seed {r.seed}" for r in study.roads if isinstance(r, RandomRoad))
     facts = [
         *facts_of(study.damper),
         ("Car", f"sprung {car.sprung:g} kg, spring {car.spring:g} N/m, {rigid}"),
-        ("Controls", ", ".join(_control(c) for c in study.controls)),
+        *([("Desired damping", f"{', '.join(desired)} N·s/m")] if desired else []),
         ("Sampling", f"every {1e3 * timing.sample:g} ms, simulated by {timing.steps} Runge-Kutta steps in each"),
         *([("Random roads", seeds)] if seeds else []),
     ]
@@ -176,15 +176,6 @@ def quarter_car(work: Path, study: QuarterCar) -> schemas.QuarterCarFile:
     lead = "Sprung and unsprung mass on tyre and identified damper, under every control on every road."
     page = render(f"Quarter car on {study.damper.name}", lead, facts, sections, "quarter-car.json")
     return write(work, study.document, page)
-
-
-def _control(control: Control) -> str:
-    """Return a control with its desired damping, where it has one."""
-    name = control.name
-    if name not in ("skyhook", "groundhook", "hybrid"):
-        return name
-    share = f", {100.0 * control.share:g} % of it skyhook" if name == "hybrid" else ""
-    return f"{name} (desired damping {control.damping:g} N·s/m{share})"
 
 
 def _chatters(study: QuarterCar) -> Table:

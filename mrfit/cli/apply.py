@@ -30,8 +30,7 @@ Fit = Annotated[
     str, typer.Option("--fit", help="Name of a fit, one set of parameters for all currents.", autocompletion=names.fit)
 ]
 CoilFit = Annotated[
-    str,
-    typer.Option("--fit", help="Name of a fit of flux, one set of parameters for all.", autocompletion=names.fit),
+    str, typer.Option("--fit", help="Name of a fit of flux, one set of parameters for all.", autocompletion=names.fit)
 ]
 OptionalLogs = Annotated[list[Path] | None, typer.Argument(help="Logs whose motion is taken.", show_default=False)]
 Sine = Annotated[
@@ -413,17 +412,8 @@ def flux_command(
 def _print_flux_command(summary: "FluxCommandFile") -> None:
     from mrfit.apply.coil_stage import percent_text
 
-    columns = (
-        "wanted",
-        "samples",
-        "range (Wb)",
-        "greatest error",
-        "rms error",
-        "limited",
-        "voltage (V)",
-        "current (A)",
-    )
+    heads = ("wanted", "samples", "range (Wb)", "greatest error", "rms error", "limited", "voltage (V)", "current (A)")
     shares = map(percent_text, (summary.error, summary.rms_error, summary.limited))
     row = [summary.wanted, summary.samples, summary.range, *shares, summary.greatest_voltage, summary.greatest_current]
-    console.print_table(f"Voltage for a flux of {summary.fit}; errors over the range", columns, [row])
+    console.print_table(f"Voltage for a flux of {summary.fit}; errors over the range", heads, [row])
     _conclude(summary)

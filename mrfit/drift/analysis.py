@@ -18,14 +18,7 @@ from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
 from mrfit.drift.population import PIVOT_DRAWS, UNITS_NEEDED, Population, odd_units, population
 from mrfit.drift.source import FitValue, columns_of
-from mrfit.io.schemas.drift import (
-    ChangePoint,
-    DriftCause,
-    DriftFile,
-    ParameterOverUnits,
-    Slope,
-    UnitThatStandsOut,
-)
+from mrfit.io.schemas.drift import ChangePoint, DriftCause, DriftFile, ParameterOverUnits, Slope, UnitThatStandsOut
 from mrfit.settings.drift import Settings
 
 DRIFT_LEVEL = 0.005
@@ -496,9 +489,7 @@ def _with_temperature(trends: Sequence[Trend], covariate: str) -> float | None:
         if "temperature" in trend.covariates or not np.isfinite(warm).all() or not np.ptp(warm) > 0.0:
             return None
         beside = replace(
-            trend,
-            covariates=(*trend.covariates, "temperature"),
-            values=np.column_stack([trend.values, warm]),
+            trend, covariates=(*trend.covariates, "temperature"), values=np.column_stack([trend.values, warm])
         )
         if len(beside.rows) < beside.values.shape[1] + 3:
             return None

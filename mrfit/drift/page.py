@@ -179,10 +179,9 @@ def _panel(axes: "Axes", trend: Trend) -> None:
         axes.fill_between(across, back(mean - half), back(mean + half), color=PALETTE[0], alpha=0.3, linewidth=0.0)
         if trend.population:
             # off the mean of the covariate the slope adds its error, here as to the mean
-            more = np.sqrt(np.maximum(half**2 - _half(trend.population.mean_interval) ** 2, 0.0))
-            low, high = (
-                np.maximum(np.hypot(end - trend.population.mean, more), half) for end in trend.population.tolerance
-            )
+            own = trend.population
+            more = np.sqrt(np.maximum(half**2 - (np.ptp(own.mean_interval) / 2.0) ** 2, 0.0))
+            low, high = (np.maximum(np.hypot(end - own.mean, more), half) for end in own.tolerance)
             axes.fill_between(across, back(mean - low), back(mean + high), color=QUIET, alpha=0.2, linewidth=0.0)
     unit = unit_html(first.unit)
     named = f"{first.parameter} ({unit})" if unit else first.parameter
@@ -196,25 +195,18 @@ def _panel(axes: "Axes", trend: Trend) -> None:
 
 def _mean_of(trend: Trend, across: Array) -> tuple[Array, Array] | None:
     """Return the mean at places along the first covariate with half its 95 % interval; None of too few tests."""
-    if trend.covariates and trend.fitted:
-        x = np.column_stack([np.ones(BAND_POINTS), across - trend.values[:, 0].mean()])
-        fitted = trend.fitted
-        spread: Array = np.sqrt(np.einsum("na,ab,nb->n", x, fitted.covariance[:2, :2], x))
-        if trend.population:
-            at_mean = float(np.sqrt(fitted.covariance[0, 0]))
-            return x @ fitted.beta[:2], _half(trend.population.mean_interval) / at_mean * spread
+    fitted, found = trend.fitted, trend.population
+    half = np.full(BAND_POINTS, np.ptp(found.mean_interval) / 2.0 if found else np.nan)
+    if not trend.covariates or not fitted:
+        return (np.full(BAND_POINTS, found.mean), half) if found else None
+    errors = np.sqrt(np.maximum(np.diag(fitted.covariance)[:2], 1e-300))
+    if not found:
         # wider by what small samples leave open of the covariance
-        wider = float(np.max(fitted.errors[:2] / np.sqrt(np.maximum(np.diag(fitted.covariance)[:2], 1e-300))))
-        half = float(stdtrit(fitted.degrees[:2].min(), 0.975)) * wider * spread
-        return x @ fitted.beta[:2], half
-    if trend.population:
-        half = np.full(BAND_POINTS, _half(trend.population.mean_interval))
-        return np.full(BAND_POINTS, trend.population.mean), half
-    return None
-
-
-def _half(interval: tuple[float, float]) -> float:
-    return (interval[1] - interval[0]) / 2.0
+        wider = float(np.max(fitted.errors[:2] / errors))
+        half[:] = float(stdtrit(fitted.degrees[:2].min(), 0.975)) * wider * errors[0]
+    x = np.column_stack([np.ones(BAND_POINTS), across - trend.values[:, 0].mean()])
+    spread = np.sqrt(np.einsum("na,ab,nb->n", x, fitted.covariance[:2, :2], x))
+    return x @ fitted.beta[:2], half * spread / errors[0]
 
 
 def table_cells(found: DriftFile) -> list[dict[str, str | float | bool | None]]:

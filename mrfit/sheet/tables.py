@@ -81,13 +81,11 @@ def summary_of(file: SheetFile) -> str:
 
 def judged_of(units: Sequence[UnitRow]) -> str:
     """Return the number of verdicts, and of the conditions that they are on, in words."""
-    verdicts = sum(len(unit.verdicts) for unit in units)
-    touched = [{v.condition for v in unit.verdicts} for unit in units]
-    on = sum(c.condition in own for unit, own in zip(units, touched, strict=True) for c in unit.conditions)
-    names = {c.condition for unit in units for c in unit.conditions}
-    across = any(not own <= names for own in touched)
-    of = number_of("condition", sum(len(unit.conditions) for unit in units))
-    return f"{number_of('verdict', verdicts)} on {on} of {of}{' and across them' * across}"
+    verdicts = [(unit.unit, v.condition) for unit in units for v in unit.verdicts]
+    conditions = [(unit.unit, c.condition) for unit in units for c in unit.conditions]
+    on, across = sum(c in verdicts for c in conditions), bool(set(verdicts) - set(conditions))
+    of = number_of("condition", len(conditions))
+    return f"{number_of('verdict', len(verdicts))} on {on} of {of}{' and across them' * across}"
 
 
 def unit_table(file: SheetFile) -> Table:

@@ -1,5 +1,6 @@
 """Numbers of a sheet as people read them: in units with prefixes, with their intervals, limits and changes."""
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -11,7 +12,7 @@ from mrfit.report.numbers import in_html, significant, unit_html, with_interval
 
 PURE_NUMBERS = {"ratio": False, "closure": True, "efficiency": True, "ripple": True, "fade+": True, "fade-": True}
 """Pure numbers -> whether they are read in percent."""
-NEVER_NEGATIVE = ("ripple", "free travel")
+LEAST_SHOWN = {"ripple": 0.0, "free travel": 0.0}
 """Sizes whose estimate may fall below zero by noise, where it is shown as zero."""
 CLEAR = 5.0
 """Widths of its interval from zero from which on the deviation of a cycle is told as a share."""
@@ -26,9 +27,12 @@ def scaled(name: str, unit: str, row: QuantityRow | VerdictRow) -> tuple[float, 
     return prefixed(largest, unit) if unit in PREFIXED else (1.0, unit_html(unit))
 
 
-def interval_text(factor: float, value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """Return a value and its interval times a factor."""
-    middle, first, last = with_interval(factor * value, *(None if v is None else factor * v for v in (low, high)))
+def interval_text(
+    factor: float, value: float, low: float | None, high: float | None, least: float = -math.inf
+) -> tuple[str, str]:
+    """Return a value and its interval, none below ``least``, times a factor."""
+    ends = (None if v is None else factor * max(v, least) for v in (low, high))
+    middle, first, last = with_interval(factor * max(value, least), *ends)
     return in_html(middle), f"{in_html(first)} to {in_html(last)}" if first and last else "–"
 
 
@@ -37,16 +41,8 @@ def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
     if row.value is None:
         return "–", "–", "", row.reason
     factor, unit = scaled(row.name, row.unit, row)
-    return *interval_text(factor, *_ends(row.name, row)), unit, over_cycles(row)
-
-
-def _ends(name: str, row: QuantityRow | VerdictRow) -> tuple[float, float | None, float | None]:
-    """Return value, low and high of a quantity that has a value, of sizes none below zero."""
-    value, low, high = (
-        max(v, 0.0) if v is not None and name in NEVER_NEGATIVE else v for v in (row.value, row.low, row.high)
-    )
-    assert value is not None
-    return value, low, high
+    least = LEAST_SHOWN.get(row.name, -math.inf)
+    return *interval_text(factor, row.value, row.low, row.high, least), unit, over_cycles(row)
 
 
 def over_cycles(row: QuantityRow) -> str:
@@ -65,7 +61,8 @@ def number_text(row: VerdictRow) -> str:
     if row.value is None:
         return "–"
     factor, unit = scaled(row.quantity, row.si_unit, row)
-    value, interval = interval_text(factor, *_ends(row.quantity, row))
+    least = LEAST_SHOWN.get(row.quantity, -math.inf)
+    value, interval = interval_text(factor, row.value, row.low, row.high, least)
     return f"{'off by ' if row.level == 'cycle' else ''}{value} {unit} ({interval})".replace("  ", " ")
 
 

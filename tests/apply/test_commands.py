@@ -163,7 +163,7 @@ def test_numbers_that_there_are_none_of_are_null(command: Command, work: Path) -
     assert code == 0
     content = page_of(work, "quarter-car")[1]
     row = content["rows"][0]
-    assert "passive-low" in page_of(work, "quarter-car")[0] and "desired damping" not in page_of(work, "quarter-car")[0]
+    assert "passive-low" in page_of(work, "quarter-car")[0] and "Desired damping" not in page_of(work, "quarter-car")[0]
     assert row["tyre_load"] is None and row["least_load"] is None and row["chatter"]["first"] is None
     assert content["amplifier"]["rate"] is None and content["timing"]["until"] is None
     told = json.loads(said)
@@ -181,7 +181,7 @@ def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path)
     rows, roads = content["rows"], content["roads"]
     assert isinstance(rows, list) and len(rows) == 2 * 2
     assert isinstance(roads, list) and roads[0]["seed"] == 7 and "seed 7" in page
-    assert "hybrid (desired damping 2000 N·s/m, 50 % of it skyhook)" in page
+    assert "hybrid 2000 N·s/m" in page
     again = work / "apply" / "quarter-car.json"
     before = again.read_bytes()
     command(*arguments, *timing)
