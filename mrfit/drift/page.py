@@ -179,9 +179,9 @@ def _panel(axes: "Axes", trend: Trend) -> None:
         axes.fill_between(across, back(mean - half), back(mean + half), color=PALETTE[0], alpha=0.3, linewidth=0.0)
         if trend.population:
             # off the mean of the covariate the slope adds its error, here as to the mean
-            own = trend.population
-            more = np.sqrt(np.maximum(half**2 - (np.ptp(own.mean_interval) / 2.0) ** 2, 0.0))
-            low, high = (np.maximum(np.hypot(end - own.mean, more), half) for end in own.tolerance)
+            whole = trend.population
+            more = np.sqrt(np.maximum(half**2 - (np.ptp(whole.mean_interval) / 2.0) ** 2, 0.0))
+            low, high = (np.maximum(np.hypot(end - whole.mean, more), half) for end in whole.tolerance)
             axes.fill_between(across, back(mean - low), back(mean + high), color=QUIET, alpha=0.2, linewidth=0.0)
     unit = unit_html(first.unit)
     named = f"{first.parameter} ({unit})" if unit else first.parameter

@@ -217,7 +217,7 @@ def population(
 
 def _weighted(weights: Array, design: Array, values: Array) -> tuple[Array, Array]:
     """Return the coefficients (…, P) of least squares with weights (…, N), and their covariance (…, P, P)."""
-    inverse = np.linalg.inv(design.T @ (weights[..., None] * design))
+    inverse = np.asarray(np.linalg.inv(design.T @ (weights[..., None] * design)), dtype=np.float64)
     return np.einsum("...ab,nb,...n->...a", inverse, design, weights * values), inverse
 
 
