@@ -164,12 +164,9 @@ def _print_inversions(unit: str, summary: "InvertFile") -> None:
     errors = (f"greatest error ({unit})", f"rms error ({unit})")
     rows = [
         [
-            r.motion,
-            r.samples,
-            *(f"{100 * r.shares[n]:.1f} %" for n in ("reached", "above reach", "below reach")),
-            f"{100 * r.limited:.1f} %",
-            r.greatest_error_where_reached,
-            r.rms_error,
+            *(r.motion, r.samples),
+            *(f"{100 * share:.1f} %" for share in (*(r.shares[n] for n in columns[2:5]), r.limited)),
+            *(r.greatest_error_where_reached, r.rms_error),
         ]
         for r in summary.motions
     ]

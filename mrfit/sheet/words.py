@@ -27,10 +27,9 @@ def scaled(name: str, unit: str, row: QuantityRow | VerdictRow) -> tuple[float, 
     return prefixed(largest, unit) if unit in PREFIXED else (1.0, unit_html(unit))
 
 
-def interval_text(
-    factor: float, value: float, low: float | None, high: float | None, least: float = -math.inf
-) -> tuple[str, str]:
-    """Return a value and its interval, none below ``least``, times a factor."""
+def interval_text(factor: float, value: float, low: float | None, high: float | None, of: str = "") -> tuple[str, str]:
+    """Return a value and its interval times a factor, ``of`` what: sizes are not below zero."""
+    least = LEAST_SHOWN.get(of, -math.inf)
     ends = (None if v is None else factor * max(v, least) for v in (low, high))
     middle, first, last = with_interval(factor * max(value, least), *ends)
     return in_html(middle), f"{in_html(first)} to {in_html(last)}" if first and last else "–"
@@ -41,8 +40,7 @@ def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
     if row.value is None:
         return "–", "–", "", row.reason
     factor, unit = scaled(row.name, row.unit, row)
-    least = LEAST_SHOWN.get(row.name, -math.inf)
-    return *interval_text(factor, row.value, row.low, row.high, least), unit, over_cycles(row)
+    return *interval_text(factor, row.value, row.low, row.high, row.name), unit, over_cycles(row)
 
 
 def over_cycles(row: QuantityRow) -> str:
@@ -61,8 +59,7 @@ def number_text(row: VerdictRow) -> str:
     if row.value is None:
         return "–"
     factor, unit = scaled(row.quantity, row.si_unit, row)
-    least = LEAST_SHOWN.get(row.quantity, -math.inf)
-    value, interval = interval_text(factor, row.value, row.low, row.high, least)
+    value, interval = interval_text(factor, row.value, row.low, row.high, row.quantity)
     return f"{'off by ' if row.level == 'cycle' else ''}{value} {unit} ({interval})".replace("  ", " ")
 
 
