@@ -30,8 +30,11 @@ BURST, _LEAST = 6, 0.02
 _KEPT, LASTING = 0.7, 0.02
 # It is looked for on so many s of level road, and has so many periods in the second half of them
 _LEFT, PERIODS = 0.4, 2
-# Chatter is gone if this share of its swings times their time is left
-_GONE = 0.35
+# Chatter is gone if this share of its swings times their time is left; causes are alike if they leave as much but for
+# this share
+_GONE, _ALIKE = 0.35, 0.02
+OR = " or "
+"""Between causes without each of which as little is left."""
 SOFTENING = 0.02
 # Time in s that is simulated again behind the first burst
 _AFTER = 1.0
@@ -179,9 +182,10 @@ def weight(one: Chatter, ride: Ride) -> float:
 
 
 def cause_of(one: Chatter, without: dict[str, tuple[Chatter, Ride]], ride: Ride) -> str:
-    """Return the cause without which chatter is gone, in the order lag, sample time, pre-yield slope."""
+    """Return the cause without which least is left, if chatter is gone then, and those that leave as little."""
     there = weight(one, ride)
-    for cause, (other, changed) in without.items():
-        if weight(other, changed) <= _GONE * there:
-            return cause
-    return "not told apart"
+    left = {cause: weight(*changed) for cause, changed in without.items()}
+    least = min(left.values())
+    if least > _GONE * there:
+        return "not told apart"
+    return OR.join(cause for cause in left if left[cause] <= least + _ALIKE * there)

@@ -347,11 +347,7 @@ class FluxCommand:
 
 @check_arguments
 def flux_command(
-    fit: "FitResult | Coil",
-    wanted: Array,
-    dt: float,
-    drive: CoilDrive,
-    plant: "FitResult | Coil | None" = None,
+    fit: "FitResult | Coil", wanted: Array, dt: float, drive: CoilDrive, plant: "FitResult | Coil | None" = None
 ) -> FluxCommand:
     """Return the voltage for a wanted flux linkage, and the flux of the coil under it.
 

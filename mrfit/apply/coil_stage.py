@@ -9,17 +9,18 @@ import numpy as np
 from mrfit.apply.coil import BOUND, Coil, FluxCommand, FluxCurrent, current_of_flux
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.motion import check_length, sine_phase, written_sine
-from mrfit.apply.page import Columns, table_of
+from mrfit.apply.page import Columns, table_of, values_of
 from mrfit.apply.stage import spans, write
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.columns import part_of
 from mrfit.io.schemas.apply import CoilEntry, CurrentFile, CurrentRow, FluxCommandFile
-from mrfit.report.numbers import significant
 from mrfit.report.sections import Section, SectionFigure, render
 from mrfit.settings.apply import CoilDrive
 
+ROUNDING = 1e-11
+"""Share below which a difference is that of rounding."""
 # Least samples of a known beginning
 _FEWEST = 3
 
@@ -81,7 +82,7 @@ def currents(work: Path, coil: Coil, logs: Sequence[LoggedFlux]) -> CurrentFile:
     columns: Columns[CurrentRow] = {
         "log": lambda r: r.log,
         "samples": lambda r: r.samples,
-        "known": lambda r: r.known,
+        "known (s)": lambda r: r.known * r.dt,
         "constant of the flux (Wb)": lambda r: r.offset,
         "range (A)": lambda r: r.range,
         "rms error (A)": lambda r: r.rms_error,
@@ -90,7 +91,9 @@ def currents(work: Path, coil: Coil, logs: Sequence[LoggedFlux]) -> CurrentFile:
     notes = _left_out(coil)
     table = table_of("Currents found; errors are those behind the known beginning", columns, rows)
     sections = [Section("Summary", notes, [table]), *(_current_section(one, k) for k, one in enumerate(logs))]
-    lead = "The current of a flux linkage, by the flux model inverted along its branch curve."
+    direct = coil.spec.output == "current"
+    how = "the model, which gives it directly" if direct else "the flux model inverted along its branch curve"
+    lead = f"The current of a flux linkage, by {how}."
     page = render(f"Current of the flux of {coil.name}", lead, _facts(coil), sections, "current.json")
     tables = {
         f"current-{k}.parquet": {
@@ -109,9 +112,11 @@ def flux_command(
     work: Path, coil: Coil, plant: Coil, drive: CoilDrive, wanted: str, found: FluxCommand
 ) -> FluxCommandFile:
     """Write a wanted flux linkage, its voltage and what comes of it, and the page; return the document."""
+    alone = "The plant is the model itself: differences are those of limits and numbers, not the model's errors."
     notes = [
-        f"Greatest difference of flux wanted and flux got: {100.0 * found.error:.3g} % of the range wanted, "
-        f"rms {100.0 * found.rms_error:.3g} %."
+        *([alone] if plant == coil else []),
+        f"Greatest difference of flux wanted and flux got: {percent_text(found.error)} of the range wanted, "
+        f"rms {percent_text(found.rms_error)}.",
     ]
     greatest = {"V": float(np.max(np.abs(found.voltage))), "A": float(np.max(np.abs(found.commanded_current)))}
     limits = {u: limit for u, limit in (("V", drive.voltage), ("A", drive.current)) if limit is not None}
@@ -187,6 +192,11 @@ def wanted_flux(recordings: Sequence[Recording]) -> tuple[Array, float]:
     return np.array(part_of(one.channels["flux"], 0, one.samples)), one.dt
 
 
+def percent_text(share: float) -> str:
+    """Return a share in percent, of rounding as what it is below."""
+    return "less than 10⁻⁹ %" if 0.0 < share < ROUNDING else f"{100.0 * share:.3g} %"
+
+
 def _times(recording: Recording) -> Array:
     return np.float64(recording.start) + np.arange(recording.samples, dtype=np.float64) * np.float64(recording.dt)
 
@@ -200,11 +210,10 @@ def _left_out(coil: Coil) -> list[str]:
 
 
 def _facts(coil: Coil) -> list[tuple[str, str]]:
-    values = (f"{n} {significant(v)} {p.unit}" for (n, v), p in zip(coil.parameters, coil.spec.params, strict=True))
     return [
         ("Coil", f"{coil.name}: {coil.model}"),
         ("Equation", coil.spec.equation),
-        ("Parameters", ", ".join(values)),
+        ("Parameters", values_of(coil.parameters, coil.spec)),
     ]
 
 

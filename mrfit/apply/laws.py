@@ -39,6 +39,12 @@ class Law:
         return np.asarray(np.where(wanted * v > 0.0, wanted, 0.0))
 
 
+def law_words(output: str) -> str:
+    """Return the meaning of the letters of written laws; ``output`` is a force or a torque."""
+    c, k = ("N·s/m", "N/m") if output == "force" else ("N·m·s/rad", "N·m/rad")
+    return f"c·v + k·x, c in {c}, k in {k}; skyhook for c: only where this brakes"
+
+
 def law_of(text: str) -> Law:
     """Return the law of a written form: ``c=2e4``, ``k=5e4,c=1e4``, ``skyhook=2e4``.
 

@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 from mrfit.apply.damper import Damper
-from mrfit.report.numbers import significant
+from mrfit.core.specs import ModelSpec
+from mrfit.report.numbers import significant, unit_html
 from mrfit.report.sections import Table
 
 Row = TypeVar("Row")
@@ -21,12 +22,15 @@ def facts_of(damper: Damper) -> list[tuple[str, str]]:
     """Return the facts of a damper for its page, as labels and words."""
     spec = damper.assembly.spec
     varying = ", ".join(f"{n} (order {o})" for n, o in damper.orders) or "the current is an input of the model"
-    values = ", ".join(
-        f"{n} {significant(v)} {p.unit}" for (n, v), p in zip(damper.parameters, spec.params, strict=True)
-    )
     return [
         ("Damper", f"{damper.name}: {damper.model}"),
         ("Equation", spec.equation),
-        ("Current", f"{damper.low:g} to {damper.high:g} A; depends on it: {varying}"),
-        ("Parameters", values),
+        ("Current", f"{damper.low:.4g} to {damper.high:.4g} A; depends on it: {varying}"),
+        ("Parameters", values_of(damper.parameters, spec)),
     ]
+
+
+def values_of(parameters: Sequence[tuple[str, float]], spec: ModelSpec) -> str:
+    """Return parameters with their values and units in words."""
+    known = zip(parameters, spec.params, strict=True)
+    return ", ".join(f"{n} {significant(v)} {unit_html(p.unit)}".strip() for (n, v), p in known)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrfit.apply.car import AdaptiveCheck, Car, Control, Ride, Timing, adaptive, drive, rms
-from mrfit.apply.chatter import SOFTENING, told_apart
+from mrfit.apply.chatter import OR, SOFTENING, told_apart
 from mrfit.apply.damper import Damper
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
@@ -83,7 +83,7 @@ class QuarterCar:
         if agreeing:
             found.append(
                 f"Fixed and adaptive steps agree within {100 * _AGREE:g} % on {self.roads[0].name}: "
-                + ", ".join(agreeing)
+                f"{', '.join(agreeing)}."
             )
         return found
 
@@ -136,7 +136,7 @@ def _chatter_in_words(rows: Sequence[schemas.RideRow], branches: bool) -> list[s
     odd = [(row.chatter, row) for row in rows if row.chatter.found or row.chatter.limit_cycle]
     alike = grouped(((one.cause, row.lag, one.found, bool(one.limit_cycle)), row) for one, row in odd)
     return [
-        f"{_rides(some)} {' and '.join(_kinds(some))}. Cause: {_cause(cause, branches)}."
+        f"{_rides(some)} {' and '.join(_kinds(some))}. Cause: {_cause(cause, some, branches)}."
         for (cause, *_), some in alike.items()
     ]
 
@@ -166,17 +166,19 @@ def _span(values: Sequence[float], digits: int) -> str:
     return " to ".join(dict.fromkeys(ends))
 
 
-def _cause(cause: str, branches: bool) -> str:
+def _cause(cause: str, rows: Sequence[schemas.RideRow], branches: bool) -> str:
+    """Return the cause of rides in words, with what is left without it."""
     causes = {
-        "lag": "the current's lag: without it this is gone",
-        "sample time": "the control's sample time: with a quarter of it this is gone",
-        "pre-yield slope": f"the pre-yield slope: faded out below {1e3 * SOFTENING:g} mm/s this is gone, with a "
-        "shorter sample time it is not",
+        "lag": "the current's lag",
+        "sample time": "the control's sample time (a quarter of it tried)",
+        "pre-yield slope": f"the pre-yield slope (faded out below {1e3 * SOFTENING:g} mm/s)",
     }
-    text = causes.get(
-        cause,
-        "none of lag, sample time and pre-yield slope alone; what is left is the switching of the control's law",
-    )
+    named = [c for c in cause.split(OR) if c in causes]
+    if not named:
+        return "none of lag, sample time and pre-yield slope alone; what is left is the switching of the control's law"
+    weights = [dict(row.chatter.evidence) for row in rows]
+    shares = [100.0 * one[f"without {c}"] / one["as it is"] for one in weights for c in named]
+    text = f"{OR.join(causes[c] for c in named)}: without it {_span(shares, 2)} % of swing × time is left"
     if branches and cause == "pre-yield slope":
         text += "; the model branches by the sign of an acceleration that its own force makes"
     return text

@@ -10,6 +10,7 @@ import numpy as np
 
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.inverse import FLAGS
+from mrfit.apply.laws import law_words
 from mrfit.apply.motion import Motion
 from mrfit.apply.page import Columns, facts_of, table_of
 from mrfit.apply.ride import QuarterCar
@@ -52,8 +53,8 @@ def write(work: Path, document: File, page: str, tables: Mapping[str, Mapping[st
     return replace(document, page=str(folder / f"{name}.html"), file=str(folder / f"{name}.json"))
 
 
-def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> schemas.InvertFile:
-    """Write the currents of desired forces as Parquet tables, and the page; return the document."""
+def invert(work: Path, found: Sequence[tuple[Motion, Inversion]], desired: str = "as measured") -> schemas.InvertFile:
+    """Write the currents of forces, ``desired`` in words, as Parquet tables, and the page; return the document."""
     rows = [replace(one.summary, motion=motion.name) for motion, one in found]
     first = found[0][1]
     notes = notes_of(first)
@@ -68,7 +69,8 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> schemas.Inv
     sections = [_inversion_section(motion, one, k) for k, (motion, one) in enumerate(found)]
     sections.insert(0, Section("Summary", notes, [_shares(rows, first.damper.output)]))
     lead = "The current for a desired force, sample by sample, with the state of damper and coil carried along."
-    page = render(f"Inverse of {first.damper.name}", lead, facts_of(first.damper), sections, "invert.json")
+    facts = [("Desired force", desired), *facts_of(first.damper)]
+    page = render(f"Inverse of {first.damper.name}", lead, facts, sections, "invert.json")
     tables = {
         f"invert-{k}.parquet": {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
         for k, (_, one) in enumerate(found, start=1)
@@ -124,7 +126,7 @@ def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
             "t (s)",
             f"F ({unit})",
             [Curve(t, one.desired, "desired", MEASURED, "-", 2.0), Curve(t, one.force, "given", SIMULATED)],
-            (t, one.low, one.high, "any current gives"),
+            (t, one.low, one.high, "what some current gives"),
             spans(t, out),
         ),
         Panel(
@@ -134,7 +136,8 @@ def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
             [Curve(t, one.current, "command", PALETTE[2]), Curve(t, one.field, "seen by the fluid", PALETTE[0], "--")],
         ),
     ]
-    caption = "Grey: forces that some current gives at this motion. Red: the desired force is outside."
+    red = " Red: the desired force is outside." if out.any() else ""
+    caption = f"Band: forces that some current gives at this motion.{red}"
     drawn = SectionFigure("Force and current.", caption, figure(panels, f"i{k}", f"Force and current, {motion.name}"))
     return Section(motion.name, (), (), (drawn,))
 
@@ -149,11 +152,13 @@ def quarter_car(work: Path, study: QuarterCar) -> schemas.QuarterCarFile:
     """Write the page of a quarter car, and its numbers; return the document."""
     car, timing = study.car, study.timing
     rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
+    desired = [f"{c.name} {c.damping:g}" for c in study.controls if c.name in ("skyhook", "groundhook", "hybrid")]
     seeds = ", ".join(f"{r.name}: {r.speed:g} m/s, seed {r.seed}" for r in study.roads if isinstance(r, RandomRoad))
     facts = [
         *facts_of(study.damper),
         ("Car", f"sprung {car.sprung:g} kg, spring {car.spring:g} N/m, {rigid}"),
-        ("Control", f"sampled every {1e3 * timing.sample:g} ms, simulated by {timing.steps} Runge-Kutta steps in each"),
+        *([("Desired damping", f"{', '.join(desired)} N·s/m")] if desired else []),
+        ("Sampling", f"every {1e3 * timing.sample:g} ms, simulated by {timing.steps} Runge-Kutta steps in each"),
         *([("Random roads", seeds)] if seeds else []),
     ]
     sections = [
@@ -234,8 +239,9 @@ def track(work: Path, study: TrackingStudy) -> schemas.TrackFile:
     facts = [
         *facts_of(damper),
         ("Plant", study.plant.name + ("" if study.plant == damper else f": {study.plant.model}")),
-        ("Feedback", f"{proportional:.3g} A/{unit}, {integral:.3g} A/({unit}·s) on the force's error"),
-        ("Command", f"up to {study.amplifier.most:g} of {damper.high:g} A"),
+        ("Laws", law_words(damper.output)),
+        ("Feedback", f"proportional {proportional:.3g} A/{unit}, integral {integral:.3g} A/({unit}·s), on the error"),
+        ("Command", f"at most {study.amplifier.most:g} times the greatest current tested, {damper.high:.4g} A"),
     ]
     sections = [
         Section("Errors", (*study.notes, *ERRORS), [_tracked(study), _regions(study)]),
@@ -260,7 +266,7 @@ def _tracked(study: TrackingStudy) -> Table:
     columns: Columns[TrackingCase] = {
         **_which(study),
         "rms error / rms force": lambda c: c.error,
-        "against desired": lambda c: c.error_to_desired,
+        "the same against the desired force": lambda c: c.error_to_desired,
         "Err_rms_f": lambda c: c.err_peak,
         "Err_energy": lambda c: c.err_energy,
         "greatest command (A)": lambda c: float(c.command.max()),
@@ -316,7 +322,10 @@ def _tracking_sections(study: TrackingStudy, unit: str) -> list[Section]:
             Panel("Current", "t (s)", "i (A)", currents, marks=stepping),
         ]
         drawn = SectionFigure(
-            "Force and current.", "Red: region III of the first scheme.", figure(panels, f"t{k}", f"{law} on {motion}")
+            "Force and current.",
+            f"The last {t[-1] - t[0]:.3g} s; curves of the same course cover each other."
+            + (" Red: region III of the first scheme." if stepping else ""),
+            figure(panels, f"t{k}", f"{law} on {motion}"),
         )
         sections.append(Section(f"{law}, {motion}", (), (), [drawn]))
     return sections

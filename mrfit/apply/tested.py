@@ -42,7 +42,7 @@ def beyond_tests(damper: Damper, motions: Sequence[NamedMotion]) -> list[str]:
             unit, kind = unit_of(name), "" if name == rate else "an amplitude of "
             said.append(
                 f"The {name.replace('_', ' ')} leaves what the damper was tested in ({kind}{most:.3g} {unit} at most) "
-                f"in {sum(out)} of {len(motions)} motions, and reaches {reached[worst]:.3g} {unit} in "
+                f"in {sum(out)} of {len(motions)} motions, and reaches {kind}{reached[worst]:.3g} {unit} in "
                 f"{motions[worst].name}: what the model gives there is not tested."
             )
     ends = ({place: _ends(m.displacement), rate: _ends(m.velocity)} for m in motions)

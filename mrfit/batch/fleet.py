@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.numbers import natural
@@ -114,9 +115,23 @@ class Fleet:
     dated: bool
 
     @property
+    def most(self) -> int:
+        """Number of logs of the condition that most have."""
+        return max((len(g.values) for g in self.groups), default=0)
+
+    @property
     def is_apart(self) -> bool:
         """Whether no two logs have a condition in common, so that none can be compared with another."""
-        return bool(self.groups) and max(len(g.values) for g in self.groups) == 1
+        return self.most == 1
+
+
+def findings(outliers: int, drifts: int, most: int) -> str:
+    """Return the numbers of outliers and drifts in words, where so many logs of one condition allow to look for any."""
+    if most < FEWEST:
+        return f"outliers and drifts not looked for, no condition has {FEWEST} logs"
+    if most < FEWEST_FOR_DRIFT:
+        return f"{number_of('outlier', outliers)}, drifts not looked for, no condition has {FEWEST_FOR_DRIFT} logs"
+    return f"{number_of('outlier', outliers)}, {number_of('drift', drifts)}"
 
 
 def fleet_of(rows: Sequence[LogRow]) -> Fleet:

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
+from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier, findings
 from mrfit.core.counting import few, number_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.batch import LogRow
 from mrfit.report.curves import limits
 from mrfit.report.figures import FIGURE_WIDTH, MEASURED, PALETTE, QUIET, SIMULATED, canvas_of, panels_of
-from mrfit.report.numbers import in_html, natural, significant, unit_html
+from mrfit.report.numbers import in_html, natural, significant, unit_html, with_interval
 from mrfit.report.sections import Section, SectionFigure, Table, hover_script
 from mrfit.report.sections import render as render_sections
 from mrfit.report.svg import Axes, inline, style, to_svg
@@ -112,8 +112,8 @@ FIRST = 20
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 
 
-def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
-    """Return the page."""
+def render(rows: Sequence[LogRow], fleet: Fleet, facts: Sequence[tuple[str, str]] = ()) -> str:
+    """Return the page, headed by facts as labels and words."""
     failed = [row for row in rows if row.error]
     by_value = [_outlier(o) for o in fleet.outliers if o.parameter != RESIDUAL]
     by_residual = [_outlier(o) for o in fleet.outliers if o.parameter == RESIDUAL]
@@ -129,7 +129,7 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         svg = inline(over_current(fleet), "b", "Every parameter of every log over the current of its test")
         caption = (
             "Every log is a condition of its own, so none can be compared with another: values over the current "
-            "of the test, or by log where none is held; bars are 95 % intervals."
+            "of the test, or by log where none is held; bars are 95 % intervals, cut where they would hide the values."
         )
         found.append(Section("Parameters", figures=[SectionFigure("", caption, svg)]))
     elif fleet.groups:
@@ -142,23 +142,23 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         found.append(Section("Parameters", figures=[SectionFigure("", caption, svg)]))
     words = (
         f"{number_of('log', len(rows))}, {len(rows) - len(failed)} fitted, {len(failed)} failed; "
-        f"{number_of('outlier', len(fleet.outliers))}, "
-        f"{number_of('drift', len(fleet.drifts))}. Logs are compared within one "
+        f"{findings(len(fleet.outliers), len(fleet.drifts), fleet.most)}. Logs are compared within one "
         f"condition: outliers where at least {FEWEST} logs "
         f"have it, drift where at least {FEWEST_FOR_DRIFT}. Deviations are in robust standard deviations (1.4826 times "
         "the median absolute deviation). A batch of sound logs whose values scatter normally lists a value, or a "
         "drift, once in twenty times. A value that its own interval explains is no outlier. "
-        "`mrfit drift` compares the fits of this table over units, cycles, temperature or time."
+        "mrfit drift compares the fits of this table over units, cycles, temperature or time."
     )
     shown = _shown_groups(fleet)
     if fleet.is_apart:
-        values = [(*_named(g), _shown(g.median)) for g in shown]
-        found.append(_section("Values of every parameter", (*_GROUP, "Value"), values, len(fleet.groups)))
+        values = [(g.logs[0], *_named(g), *_with_interval(g)) for g in shown]
+        heads = ("Log", *_GROUP, "Value", "95 % interval")
+        found.append(_section("Values of every parameter", heads, values, len(fleet.groups)))
     else:
         spread = [(*_named(g), *_spread(g)) for g in shown]
         found.append(_section("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups)))
     sections = [s for s in found if s.figures or s.tables[0].rows]
-    return render_sections("Batch", words, (), sections, "batch.json", script=hover_script())
+    return render_sections("Batch", words, facts, sections, "batch.json", script=hover_script())
 
 
 _GROUP = ("Parameter", "Condition", "Unit")
@@ -183,6 +183,13 @@ def _shown_groups(fleet: Fleet) -> list[Group]:
 
 def _named(group: Group) -> tuple[str, str, str]:
     return group.parameter, group.condition, unit_html(group.unit)
+
+
+def _with_interval(group: Group) -> tuple[str, str]:
+    """Return the value of a group's first log, and its interval."""
+    value, half = float(group.values[0]), float(group.widths[0])
+    shown, low, high = map(in_html, with_interval(value, value - half, value + half))
+    return (shown, f"{low} to {high}") if half > 0.0 else (_shown(value), "–")
 
 
 def _spread(group: Group) -> tuple[object, ...]:

@@ -80,7 +80,8 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
         # what is told of logs elsewhere stays for a batch of theirs
         kept = {name: row for name, row in known.items() if _is_elsewhere(name, folder)}
         write_journal(journal, kept | {row.log: row for row in rows if row.key})
-        return _written(rows, work, settings, _LogCounts(len(due), len(found.jobs) - len(due)))
+        facts = [("Folder", str(folder)), ("Model", f"{stages.fit.model}, fitted by {stages.fit.optimizer}")]
+        return _written(rows, work, settings, _LogCounts(len(due), len(found.jobs) - len(due)), facts)
 
 
 def _is_done(job: Job, row: LogRow | None) -> bool:
@@ -162,7 +163,9 @@ class _LogCounts:
     unchanged: int
 
 
-def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _LogCounts) -> BatchFile:
+def _written(
+    rows: Sequence[LogRow], work: Path, settings: Settings, counted: _LogCounts, facts: Sequence[tuple[str, str]]
+) -> BatchFile:
     """Write the table and the page of all logs, where they are not those of the last call."""
     bad = [row for row in rows if row.error]
     if len(bad) == len(rows):
@@ -171,13 +174,13 @@ def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _L
         usual = max(reasons, key=reasons.count)
         raise DataError(f"none of {number_of('log', len(rows))} can be fitted; {bad[reasons.index(usual)].error}")
     where, target = settings.table or work / "batch.parquet", work / "batch.html"
-    key = digest_of(plain(rows), code_version(), version("matplotlib"))
+    key = digest_of(plain(rows), plain(facts), code_version(), version("matplotlib"))
     existing = reusable(work / "batch.json", BatchFile)
     if existing and existing.key == key and existing.table == str(where) and where.is_file() and target.is_file():
         return replace(existing, done=counted.done, unchanged=counted.unchanged)
     fleet = fleet_of([row for row in rows if not row.error])
     table.write(where, rows)
-    write_text(target, page.render(rows, fleet))
+    write_text(target, page.render(rows, fleet, facts))
     summary = BatchFile(
         key=key,
         logs=len(rows),
@@ -188,6 +191,7 @@ def _written(rows: Sequence[LogRow], work: Path, settings: Settings, counted: _L
         page=str(target),
         outliers=len(fleet.outliers),
         drifts=len(fleet.drifts),
+        most=fleet.most,
     )
     write_json(work / "batch.json", summary)
     return summary

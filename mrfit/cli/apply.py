@@ -30,8 +30,7 @@ Fit = Annotated[
     str, typer.Option("--fit", help="Name of a fit, one set of parameters for all currents.", autocompletion=names.fit)
 ]
 CoilFit = Annotated[
-    str,
-    typer.Option("--fit", help="Name of a fit of flux, one set of parameters for all.", autocompletion=names.fit),
+    str, typer.Option("--fit", help="Name of a fit of flux, one set of parameters for all.", autocompletion=names.fit)
 ]
 OptionalLogs = Annotated[list[Path] | None, typer.Argument(help="Logs whose motion is taken.", show_default=False)]
 Sine = Annotated[
@@ -142,6 +141,7 @@ def invert(
     """
     from mrfit.apply import stage
     from mrfit.apply.calls import wanted
+    from mrfit.apply.laws import law_words
     from mrfit.apply.motion import desired_series
     from mrfit.apply.series import inversion
 
@@ -154,7 +154,8 @@ def invert(
         series = desired_series(read_logs([desired], None), motion, damper.output) if desired else law or None
         forces = wanted(damper, motion, series)
         found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
-    summary = stage.invert(work, found)
+    asked = f"{law}: {law_words(damper.output)}" if law else desired.name if desired else "as measured"
+    summary = stage.invert(work, found, asked)
     return CommandAnswer(summary, partial(_print_inversions, unit_of(damper.output)))
 
 
@@ -163,12 +164,9 @@ def _print_inversions(unit: str, summary: "InvertFile") -> None:
     errors = (f"greatest error ({unit})", f"rms error ({unit})")
     rows = [
         [
-            r.motion,
-            r.samples,
-            *(f"{100 * r.shares[n]:.1f} %" for n in ("reached", "above reach", "below reach")),
-            f"{100 * r.limited:.1f} %",
-            r.greatest_error_where_reached,
-            r.rms_error,
+            *(r.motion, r.samples),
+            *(f"{100 * share:.1f} %" for share in (*(r.shares[n] for n in columns[2:5]), r.limited)),
+            *(r.greatest_error_where_reached, r.rms_error),
         ]
         for r in summary.motions
     ]
@@ -346,7 +344,7 @@ def current(
     reading: Reading,
     work: Work,
 ) -> CommandAnswer:
-    """Find the current of a flux linkage, by the flux model inverted along its branch curve.
+    """Find the current of a flux linkage, by a model that gives it or by a flux model inverted.
 
     Example: mrfit apply current --fit stop-mmf.lsq.all --known 0.2 datasets/coil/coil_05Hz_3A.csv
     """
@@ -363,7 +361,7 @@ def current(
 
 
 def _print_currents(summary: "CurrentFile") -> None:
-    columns = ("log", "samples", "known", "range (A)", "rms error (A)", "over the range")
+    columns = ("log", "samples", "known samples", "range (A)", "rms error (A)", "over the range")
     rows = [
         [r.log, r.samples, r.known, r.range, r.rms_error, "–" if r.error is None else f"{100.0 * r.error:.3g} %"]
         for r in summary.logs
@@ -392,6 +390,7 @@ def flux_command(
     """
     from mrfit.apply import coil_stage
     from mrfit.apply.coil import flux_command as commanded
+    from mrfit.apply.motion import written_sine
 
     if bool(sine) == bool(desired):
         raise ConfigError("give a wanted flux: --sine HZ:WB or --desired FILE")
@@ -401,23 +400,17 @@ def flux_command(
         wanted, dt = coil_stage.wanted_flux(read_logs([desired], None))
         name = desired.name
     else:
-        wanted, name = coil_stage.wanted_sine(sine, dt), f"Sine {sine}"
+        frequency, amplitude, _ = written_sine(sine, "WB")
+        wanted, name = coil_stage.wanted_sine(sine, dt), f"Sine of {frequency:g} Hz and {amplitude:g} Wb"
     found = commanded(coil, wanted, dt, drive, answering)
     return CommandAnswer(coil_stage.flux_command(work, coil, answering, drive, name, found), _print_flux_command)
 
 
 def _print_flux_command(summary: "FluxCommandFile") -> None:
-    columns = (
-        "wanted",
-        "samples",
-        "range (Wb)",
-        "greatest error",
-        "rms error",
-        "limited",
-        "voltage (V)",
-        "current (A)",
-    )
-    shares = (f"{100.0 * share:.3g} %" for share in (summary.error, summary.rms_error, summary.limited))
+    from mrfit.apply.coil_stage import percent_text
+
+    heads = ("wanted", "samples", "range (Wb)", "greatest error", "rms error", "limited", "voltage (V)", "current (A)")
+    shares = map(percent_text, (summary.error, summary.rms_error, summary.limited))
     row = [summary.wanted, summary.samples, summary.range, *shares, summary.greatest_voltage, summary.greatest_current]
-    console.print_table(f"Voltage for a flux of {summary.fit}; errors over the range", columns, [row])
+    console.print_table(f"Voltage for a flux of {summary.fit}; errors over the range", heads, [row])
     _conclude(summary)

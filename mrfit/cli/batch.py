@@ -45,6 +45,8 @@ def batch(
 
 def show(summary: "BatchFile") -> None:
     """Print the result of a batch."""
+    from mrfit.batch.fleet import findings
+
     failed = len(summary.failed)
     for row in summary.failed[:LOGS_LISTED]:
         console.say(f"failed: {row.error if row.log in row.error else f'{row.log}: {row.error}'}")
@@ -54,6 +56,6 @@ def show(summary: "BatchFile") -> None:
         f"{number_of('log', summary.logs)}: {summary.logs - failed} fitted, {failed} failed "
         f"({summary.done} processed now, {summary.unchanged} unchanged, "
         f"{summary.logs - summary.done - summary.unchanged} refused unread); "
-        f"{number_of('outlier', summary.outliers)}, {number_of('drift', summary.drifts)}; "
+        f"{findings(summary.outliers, summary.drifts, summary.most)}; "
         f"table {summary.table}, page {summary.page}"
     )

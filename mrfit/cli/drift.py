@@ -58,7 +58,8 @@ def _show(made: "DriftFile") -> None:
     for r in rows:
         if r.change:
             console.say(f"  step: {r.parameter}, {r.condition}: at {r.change.covariate} {r.change.at:.4g}")
-    console.say_each(f"candidate: {cause.effect}: {cause.text}" for cause in made.causes)
+    said = (f"candidate: {cause.effect}: {cause.text}" for cause in made.causes)
+    console.say_each(text.replace("candidate: none named", "no candidate") for text in said)
     console.say_each(made.notes[:ROWS_SHOWN])
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})

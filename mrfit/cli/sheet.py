@@ -54,7 +54,7 @@ def sheet(
 def show(found: "SheetFile") -> None:
     """Print the sheet of every unit."""
     from mrfit.sheet.tables import across_table, change_table, condition_table, main_table, summary_of
-    from mrfit.sheet.words import notes_of
+    from mrfit.sheet.words import notes_of, unmatched_of
 
     several = len(found.units) > 1
     for unit in found.units if len(found.units) <= UNITS_LISTED else []:
@@ -77,7 +77,7 @@ def show(found: "SheetFile") -> None:
         )
     if found.changes:
         _print(change_table(found, ROWS_LISTED))
-    console.say_each(found.unmatched, "  in one of the two only: ")
+    console.say_each(unmatched_of(found), "  without a partner: ")
     console.say_each(notes_of([row for unit in found.units for row in unit.conditions]), "  note: ")
     console.say_each(found.left_out, "  left out: ")
     console.say(f"Sign: {found.convention}")

@@ -18,14 +18,7 @@ from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
 from mrfit.drift.population import PIVOT_DRAWS, UNITS_NEEDED, Population, odd_units, population
 from mrfit.drift.source import FitValue, columns_of
-from mrfit.io.schemas.drift import (
-    ChangePoint,
-    DriftCause,
-    DriftFile,
-    ParameterOverUnits,
-    Slope,
-    UnitThatStandsOut,
-)
+from mrfit.io.schemas.drift import ChangePoint, DriftCause, DriftFile, ParameterOverUnits, Slope, UnitThatStandsOut
 from mrfit.settings.drift import Settings
 
 DRIFT_LEVEL = 0.005
@@ -45,6 +38,9 @@ STEPS_SHOWN = {
     "amplitude": (1e-3, "mm"),
     "current": (1.0, "A"),
 }
+COVARIATE_UNITS = {"energy": "J", "temperature": "°C", "frequency": "Hz", "amplitude": "m", "current": "A"}
+LEAST_PROBABILITY = 1e-6
+"""Probability below which none is told: tails of laws are not known so far out."""
 USE_OR_TIME = ("cycles", "energy", "date", "age", "hours", "distance")
 """Covariates that count use or time: only what follows these may be ageing."""
 SAME_CONDITION = 0.02
@@ -149,7 +145,22 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
         causes=list(_causes(rows, trends)),
         notes=list(dict.fromkeys([*doubts, *_mixed(values, settings.over), *(n for t in trends for n in t.notes)])),
     )
+    if settings.over and not settings.unit:
+        found.notes.append("every log counts as a unit; --unit says which logs are of one")
+    found.notes.extend(dict.fromkeys(_where(t) for t in trends if t.population and t.covariates))
     return found, trends
+
+
+def _where(trend: Trend) -> str:
+    """Return the covariates at which the mean and the tolerance interval of a trend hold, in words."""
+    means = zip(trend.covariates, trend.values.mean(axis=0), strict=True)
+    places = ", ".join(f"{name} {mean:.4g} {COVARIATE_UNITS.get(name, '')}".strip() for name, mean in means)
+    return f"{trend.rows[0].condition}: means and tolerances are at the mean of the covariates, {places}"
+
+
+def probability_text(value: float) -> str:
+    """Return a probability with its sign, as ``= 0.0067`` or ``< 1e-6``."""
+    return "< 1e-6" if value < LEAST_PROBABILITY else f"= {value:.2g}"
 
 
 def _mixed(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[str]:
@@ -238,8 +249,9 @@ def _with_population(trend: Trend, tests: int) -> Trend:
     if odd:
         trend = _fitted(replace(trend, odd=odd))
         values, variances = _levels(trend)
-    lost = 0 if trend.repeated else len(trend.covariates)
-    found = population(values, variances, [k for k, _, _ in odd], lost)
+    # one test a unit: the same values give the slopes
+    beside = None if trend.repeated or not trend.fitted else trend.centred
+    found = population(values, variances, [k for k, _, _ in odd], beside)
     if found.untold:
         note = (
             f"{trend.rows[0].condition}, {trend.rows[0].parameter}: the fits state larger variances than the units "
@@ -438,7 +450,7 @@ def _cause(
 ) -> Iterator[DriftCause]:
     """Yield the candidate for what one covariate moves."""
     signs = {role: np.sign(s.value) for r, s, _ in moved.values() for role in [r.role] if role}
-    named = ", ".join(f"{n} ({_direction(s.value)}, p = {s.probability:.2g})" for n, (_, s, _) in moved.items())
+    named = ", ".join(f"{n} ({_moves(s)})" for n, (_, s, _) in moved.items())
     only = f"{named} of {of} quantities over {covariate}"
     falling = signs.get("yield") == signs.get("viscous") and "yield" in signs
     if falling and covariate == "temperature":
@@ -449,7 +461,7 @@ def _cause(
         text = f"{covariate} is a condition of the test, which says nothing of ageing: {only}"
         yield DriftCause(effect="none named", condition=condition, text=text)
     elif (warm := _with_temperature([t for _, _, t in moved.values()], covariate)) is not None:
-        text = f"beside the temperature nothing is left of the drift (least p = {warm:.2g}): {only}"
+        text = f"beside the temperature nothing is left of the drift (least p {probability_text(warm)}): {only}"
         yield DriftCause(effect="temperature", condition=condition, text=text)
     elif covariate not in USE_OR_TIME:
         yield DriftCause(effect="none named", condition=condition, text=f"no rule knows this pattern: {only}")
@@ -465,8 +477,8 @@ def _cause(
         yield DriftCause(effect="none named", condition=condition, text=f"no rule knows this pattern: {only}")
 
 
-def _direction(change: float) -> str:
-    return "rises" if change > 0 else "falls"
+def _moves(slope: Slope) -> str:
+    return f"{'rises' if slope.value > 0 else 'falls'}, p {probability_text(slope.probability)}"
 
 
 def _with_temperature(trends: Sequence[Trend], covariate: str) -> float | None:
@@ -477,9 +489,7 @@ def _with_temperature(trends: Sequence[Trend], covariate: str) -> float | None:
         if "temperature" in trend.covariates or not np.isfinite(warm).all() or not np.ptp(warm) > 0.0:
             return None
         beside = replace(
-            trend,
-            covariates=(*trend.covariates, "temperature"),
-            values=np.column_stack([trend.values, warm]),
+            trend, covariates=(*trend.covariates, "temperature"), values=np.column_stack([trend.values, warm])
         )
         if len(beside.rows) < beside.values.shape[1] + 3:
             return None

@@ -7,7 +7,7 @@ from scipy.special import stdtrit
 
 from mrfit.core.counting import number_of
 from mrfit.core.specs import Array
-from mrfit.drift.analysis import DRIFT_LEVEL, Trend
+from mrfit.drift.analysis import COVARIATE_UNITS, DRIFT_LEVEL, LEAST_PROBABILITY, Trend
 from mrfit.io.schemas.drift import DriftFile, ParameterOverUnits
 from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, panels_of, plain_log
 from mrfit.report.numbers import in_html, significant, unit_html
@@ -24,7 +24,7 @@ WIDE_LOGARITHMS = 1.0
 SLOPE_HEADS = ("Parameter", "Condition", "Covariate", "Per", "Change", "95 % interval", "p, all tests", "Drifts")
 ODD_HEADS = ("Unit", "Condition", "Parameter", "Value", "Studentised", "p, all tests")
 RANGE_HEADS = ("Parameter", "Condition", "Units", "Tests", "Mean", "95 % interval", "Between units", "Tolerance 95/95")
-SPREAD_HEADS = ("Parameter", "Condition", "Repeatability", "Reproducibility", "95 % above", "95 % below")
+SPREAD_HEADS = ("Parameter", "Condition", "Repeatability", "Reproducibility", "95 % lie above", "95 % lie below")
 
 
 def render(found: DriftFile, trends: Sequence[Trend]) -> str:
@@ -45,15 +45,16 @@ def render(found: DriftFile, trends: Sequence[Trend]) -> str:
     if trends:
         what = found.over[0] if found.over else "unit"
         caption = (
-            f"Parameters over {what}. Points: tests with 95 % intervals; line and dark band: mean and its 95 % "
-            "interval; light band: 95 % of all units, with 95 % confidence; red: units that stand out."
+            f"Parameters over {what}. Points: tests with 95 % intervals, at the mean of other covariates; line and "
+            "dark band: mean and its 95 % interval; light band: 95 % of all units, with 95 % "
+            "confidence; red: units that stand out."
         )
         drawn = inline(figure(trends), "d", "Every parameter over its covariate, or by unit")
         sections.append(Section(f"Trends over {what}", figures=[SectionFigure("", caption, drawn)]))
     words = (
         f"{number_of('unit', found.units)}, {number_of('test', found.tests)}. Means and "
         "deviations take units as normal, without those that stand out; ranges take all, with tails that may be "
-        f"heavier. Chance names a drift in {DRIFT_LEVEL:.1%} of comparisons. "
+        f"heavier. Chance names a drift in {100.0 * DRIFT_LEVEL:g} % of comparisons. "
         "Deviations and changes are shares of the value where its scale is logarithmic."
     )
     return render_sections("Drift and units", words, (), sections, "drift.json, drift.csv", script=hover_script())
@@ -67,13 +68,13 @@ def slope_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:
         for s in r.slopes
     ]
     ordered = sorted(made, key=lambda one: (not one[2].drifts, one[0]))
-    return [(*cells, shown(s.probability), "yes" if s.drifts else "no") for _, cells, s in ordered]
+    return [(*cells, _probability(s.probability), "yes" if s.drifts else "no") for _, cells, s in ordered]
 
 
 def step_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:
     """Return steps."""
     return [
-        (r.parameter, r.condition, f"{c.covariate} {shown(c.at)}", _change(r, c.change), shown(c.probability))
+        (r.parameter, r.condition, f"{c.covariate} {shown(c.at)}", _change(r, c.change), _probability(c.probability))
         for r in rows
         if (c := r.change)
     ]
@@ -83,7 +84,7 @@ def odd_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:
     """Return the units that stand out, the clearest first."""
     every = [(o, r) for r in rows for o in r.stands_out]
     return [
-        (o.specimen, r.condition, r.parameter, _value(r, o.value), shown(o.z), shown(o.probability))
+        (o.specimen, r.condition, r.parameter, _value(r, o.value), shown(o.z), _probability(o.probability))
         for o, r in sorted(every, key=lambda one: -abs(one[0].z))
     ]
 
@@ -124,6 +125,10 @@ def spread_rows(rows: Sequence[ParameterOverUnits]) -> list[tuple[object, ...]]:
 def shown(value: float | None, digits: int = 4) -> str:
     """Return a number as the page and the terminal have it."""
     return in_html(significant(value, digits))
+
+
+def _probability(value: float) -> str:
+    return "< 10⁻⁶" if value < LEAST_PROBABILITY else shown(value)
 
 
 def _value(row: ParameterOverUnits, value: float | None) -> str:
@@ -173,31 +178,35 @@ def _panel(axes: "Axes", trend: Trend) -> None:
         axes.plot(across, back(mean), color=PALETTE[0], linewidth=1.4)
         axes.fill_between(across, back(mean - half), back(mean + half), color=PALETTE[0], alpha=0.3, linewidth=0.0)
         if trend.population:
-            low, high = (end - trend.population.mean for end in trend.population.tolerance)
-            axes.fill_between(across, back(mean + low), back(mean + high), color=QUIET, alpha=0.2, linewidth=0.0)
+            # off the mean of the covariate the slope adds its error, here as to the mean
+            whole = trend.population
+            more = np.sqrt(np.maximum(half**2 - (np.ptp(whole.mean_interval) / 2.0) ** 2, 0.0))
+            low, high = (np.maximum(np.hypot(end - whole.mean, more), half) for end in whole.tolerance)
+            axes.fill_between(across, back(mean - low), back(mean + high), color=QUIET, alpha=0.2, linewidth=0.0)
     unit = unit_html(first.unit)
     named = f"{first.parameter} ({unit})" if unit else first.parameter
     axes.set_title(f"{named}, {first.condition}" if first.condition else named)
     if first.log_scale and np.ptp(y) > WIDE_LOGARITHMS:
         axes.set_yscale("log")
         plain_log(axes)
-    axes.set_xlabel(trend.covariates[0] if trend.covariates else "unit", fontsize=8.0)
+    over = trend.covariates[0] if trend.covariates else "unit"
+    axes.set_xlabel(f"{over} ({COVARIATE_UNITS[over]})" if over in COVARIATE_UNITS else over, fontsize=8.0)
 
 
 def _mean_of(trend: Trend, across: Array) -> tuple[Array, Array] | None:
     """Return the mean at places along the first covariate with half its 95 % interval; None of too few tests."""
-    if trend.covariates and trend.fitted:
-        x = np.column_stack([np.ones(BAND_POINTS), across - trend.values[:, 0].mean()])
-        fitted = trend.fitted
-        spread = np.sqrt(np.einsum("na,ab,nb->n", x, fitted.covariance[:2, :2], x))
+    fitted, found = trend.fitted, trend.population
+    half = np.full(BAND_POINTS, np.ptp(found.mean_interval) / 2.0 if found else np.nan)
+    if not trend.covariates or not fitted:
+        return (np.full(BAND_POINTS, found.mean), half) if found else None
+    errors = np.sqrt(np.maximum(np.diag(fitted.covariance)[:2], 1e-300))
+    if not found:
         # wider by what small samples leave open of the covariance
-        wider = float(np.max(fitted.errors[:2] / np.sqrt(np.maximum(np.diag(fitted.covariance)[:2], 1e-300))))
-        half: Array = float(stdtrit(fitted.degrees[:2].min(), 0.975)) * wider * spread
-        return x @ fitted.beta[:2], half
-    if trend.population:
-        low, high = trend.population.mean_interval
-        return np.full(BAND_POINTS, trend.population.mean), np.full(BAND_POINTS, (high - low) / 2.0)
-    return None
+        wider = float(np.max(fitted.errors[:2] / errors))
+        half[:] = float(stdtrit(fitted.degrees[:2].min(), 0.975)) * wider * errors[0]
+    x = np.column_stack([np.ones(BAND_POINTS), across - trend.values[:, 0].mean()])
+    spread = np.sqrt(np.einsum("na,ab,nb->n", x, fitted.covariance[:2, :2], x))
+    return x @ fitted.beta[:2], half * spread / errors[0]
 
 
 def table_cells(found: DriftFile) -> list[dict[str, str | float | bool | None]]:

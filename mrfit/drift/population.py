@@ -52,8 +52,8 @@ class Population:
         Estimates of μ and, by restricted likelihood, of ω², of all units but odd ones.
     means, sigmas
         Draws of μ and ω (B,), of the same.
-    lost
-        Degrees of freedom that a regression on the same values took.
+    design
+        Columns of the mean: ones, and the covariates of every unit less their mean (N, P).
     """
 
     values: Array
@@ -62,7 +62,7 @@ class Population:
     variance: float
     means: Array
     sigmas: Array
-    lost: int = 0
+    design: Array
 
     @property
     def mean_interval(self) -> tuple[float, float]:
@@ -85,28 +85,28 @@ class Population:
 
         The prior of the scale is that of Jeffreys for normal units; the mean is normal about its best value.
         """
-        rng, y, count = np.random.default_rng(0), self.values, len(self.values)
+        rng, y = np.random.default_rng(0), self.values
         grid = TAIL_SCALES * (float(np.var(y, ddof=1)) + 1e-300)
         nu, scales = TAIL_DEGREES[:, None, None], grid[:, None] + self.variances
         mean = np.full((len(TAIL_DEGREES), len(grid), 1), float(np.median(y)))
         for _ in range(REWEIGHTINGS):
             weights = (nu + 1.0) / (nu * scales + (y - mean) ** 2)
-            mean = np.sum(weights * y, axis=2, keepdims=True) / weights.sum(axis=2, keepdims=True)
-        nu = TAIL_DEGREES[:, None]
-        precision = (nu + 1.0) / (nu + 3.0) * np.sum(1.0 / scales, axis=1)
+            beta, _ = _weighted(weights, self.design, y)
+            mean = beta @ self.design.T
+        nu = TAIL_DEGREES[:, None, None]
+        inverse = np.linalg.inv(self.design.T @ (((nu + 1.0) / (nu + 3.0) / scales)[..., None] * self.design))
         logarithm = np.stack(
             [likelihood_of_sums(law, y - m, grid, self.variances) for law, m in zip(TAIL_DEGREES, mean, strict=True)]
         )
-        logarithm = logarithm - 0.5 * np.log(precision)
+        logarithm = logarithm + 0.5 * np.linalg.slogdet(inverse)[1]
         # Jeffreys' prior of the scale, 1/σ where the fits are exact
         prior = grid * np.sqrt(np.sum(scales**-2.0, axis=1))
         share = TAIL_PRIOR[:, None] * prior * np.exp(logarithm - logarithm.max())
         law, place = np.divmod(rng.choice(share.size, PIVOT_DRAWS, p=share.ravel() / share.sum()), len(grid))
-        means = mean[law, place, 0] + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(precision[law, place])
+        means = beta[law, place, 0] + rng.standard_normal(PIVOT_DRAWS) * np.sqrt(inverse[law, place, 0, 0])
         # even within a step of the grid, which is even in the logarithm
         step = (TAIL_SCALES[1] / TAIL_SCALES[0]) ** rng.uniform(-0.5, 0.5, PIVOT_DRAWS)
-        wider = (count - 1) / max(count - 1 - self.lost, 1)
-        return TAIL_DEGREES[law], means, np.sqrt(grid[place] * step * wider)
+        return TAIL_DEGREES[law], means, np.sqrt(grid[place] * step)
 
     @cached_property
     def tolerance(self) -> tuple[float, float]:
@@ -120,7 +120,9 @@ class Population:
             own = degrees == nu
             reach[own] = np.interp(off[own], places, _reach(nu, places)) * scales[own]
         half = float(np.quantile(reach, CONFIDENCE_OF_TOLERANCE))
-        return centre - half, centre + half
+        # where units may all be alike, each may lie wherever the mean may
+        low, high = self.mean_interval
+        return min(centre - half, low), max(centre + half, high)
 
     def limits(
         self, lowest: float | Array = 0.0, highest: float | Array = 0.0, more: float = 0.0
@@ -179,7 +181,9 @@ def _reach(degrees: float, off: Array) -> Array:
     return np.asarray(high)
 
 
-def population(values: Array, variances: Array, odd: Sequence[int] = (), lost: int = 0, seed: int = 0) -> Population:
+def population(
+    values: Array, variances: Array, odd: Sequence[int] = (), beside: Array | None = None, seed: int = 0
+) -> Population:
     """Return the distribution of values (N,) with known variances (N,) over at least three units.
 
     Parameters
@@ -188,24 +192,33 @@ def population(values: Array, variances: Array, odd: Sequence[int] = (), lost: i
         Of every unit.
     odd
         Units that stand out: they take no part in mean and standard deviation.
-    lost
-        Degrees of freedom that a regression on the same values took.
+    beside
+        Covariates of every unit less their mean (N, C), whose slopes are estimated of the same values.
     seed
         What draws.
     """
+    design = np.column_stack([np.ones(len(values)), *([] if beside is None else [beside])])
     sound = np.setdiff1d(np.arange(len(values)), odd)
-    y, known = values[sound], variances[sound]
-    grid, mean, precision, squares = _profile(y, known)
+    y, known, columns = values[sound], variances[sound], design[sound]
+    grid = _grid(y, known)
+    weights = 1.0 / np.maximum(grid[:, None] + known, 1e-16 * grid[-1])
+    beta, inverse = _weighted(weights, columns, y)
+    squares = np.sum(weights * (y - beta @ columns.T) ** 2, axis=1)
     rng = np.random.default_rng(seed)
-    chi = rng.chisquare(max(len(y) - 1 - lost, 1), PIVOT_DRAWS)
+    chi = rng.chisquare(max(len(y) - columns.shape[1], 1), PIVOT_DRAWS)
     # Q falls with ω²: where it starts below a draw, ω² is none
     drawn = np.interp(-chi, -squares, grid)
-    means = np.interp(drawn, grid, mean) + rng.standard_normal(PIVOT_DRAWS) / np.sqrt(np.interp(drawn, grid, precision))
-    best = _restricted(y, known, grid)
-    weights = 1.0 / (best + known)
-    return Population(
-        values, variances, float(weights @ y / weights.sum()), best, means, np.sqrt(np.maximum(drawn, 0.0)), lost
-    )
+    errors = np.sqrt(np.interp(drawn, grid, inverse[:, 0, 0]))
+    means = np.interp(drawn, grid, beta[:, 0]) + rng.standard_normal(PIVOT_DRAWS) * errors
+    best = _restricted(y, known, columns)
+    mean = float(_weighted(1.0 / np.maximum(best + known, 1e-300), columns, y)[0][0])
+    return Population(values, variances, mean, best, means, np.sqrt(np.maximum(drawn, 0.0)), design)
+
+
+def _weighted(weights: Array, design: Array, values: Array) -> tuple[Array, Array]:
+    """Return the coefficients (…, P) of least squares with weights (…, N), and their covariance (…, P, P)."""
+    inverse = np.asarray(np.linalg.inv(design.T @ (weights[..., None] * design)), dtype=np.float64)
+    return np.einsum("...ab,nb,...n->...a", inverse, design, weights * values), inverse
 
 
 def _grid(values: Array, variances: Array) -> Array:
@@ -214,27 +227,19 @@ def _grid(values: Array, variances: Array) -> Array:
     return np.concatenate([[0.0], np.geomspace(LEAST_SHARE, 1e4, VARIANCE_GRID) * spread])
 
 
-def _profile(values: Array, variances: Array) -> tuple[Array, Array, Array, Array]:
-    """Return a grid of ω² (G,) and there the mean, its precision and the weighted sum of squares."""
-    grid = _grid(values, variances)
-    weights = 1.0 / np.maximum(grid[:, None] + variances, 1e-16 * grid[-1])
-    precision = weights.sum(axis=1)
-    mean = weights @ values / precision
-    squares = np.sum(weights * (values - mean[:, None]) ** 2, axis=1)
-    return grid, mean, precision, squares
-
-
-def _restricted(values: Array, variances: Array, grid: Array) -> float:
+def _restricted(values: Array, variances: Array, design: Array) -> float:
     """Return the variance between units of greatest restricted likelihood, 0 where they differ no more than c_i say."""
 
     def slope(omega: Array) -> Array:
         """Return the derivative of the restricted log-likelihood at variances (G,)."""
         weights = 1.0 / np.maximum(omega[:, None] + variances, 1e-300)
-        total = weights.sum(axis=1)
-        rest = values - (weights @ values / total)[:, None]
-        change: Array = np.sum(weights**2 * rest**2, axis=1) - total + np.sum(weights**2, axis=1) / total
+        beta, inverse = _weighted(weights, design, values)
+        rest = values - beta @ design.T
+        leverage = np.einsum("na,gab,nb->gn", design, inverse, design)
+        change: Array = np.sum(weights**2 * (rest**2 + leverage) - weights, axis=1)
         return change
 
+    grid = _grid(values, variances)
     rising = np.flatnonzero(slope(grid[1:]) > 0.0) + 1
     if not len(rising) or rising[-1] == VARIANCE_GRID:
         return 0.0
@@ -275,7 +280,7 @@ def odd_units(values: Array, variances: Array, tests: int) -> list[tuple[int, fl
 
 def _moments(values: Array, variances: Array) -> Array:
     """Return distances from the weighted mean (N,) in standard deviations."""
-    omega = _restricted(values, variances, _grid(values, variances))
+    omega = _restricted(values, variances, np.ones((len(values), 1)))
     weights = 1.0 / np.maximum(omega + variances, 1e-300)
     scores: Array = (values - weights @ values / weights.sum()) * np.sqrt(weights)
     return scores

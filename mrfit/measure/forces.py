@@ -2,7 +2,8 @@
 
     F0±    force where the displacement passes the middle of the stroke, by the samples within ±5 % of the stroke
     Fd±    force at the greatest and at the least displacement: mean of its limits before and after the reversal
-    Fmax±  greatest force of positive velocity, least of negative velocity, in the central part of the stroke
+    Fmax±  greatest force of positive velocity, least of negative velocity, in the central part of the stroke; never
+           below F0±
     ratio  Fmax of rebound over |Fmax| of compression
 
 Source: definitions as in tests of dampers by whole cycles; see docs/measure_sheet.md.
@@ -37,7 +38,13 @@ def forces_of(cycles: Cycles, central: float = 1.0, peaks: dict[bool, PerCycle] 
     both = (True, False)
     middle = {up: cycles.at(up, cycles.places_of(up, cycles.middle), _central_half(cycles, up)) for up in both}
     ends = {greatest: cycles.at_reversal(greatest) for greatest in both}
-    return Forces(middle, ends, peaks or {up: _peak(cycles, up, central) for up in both})
+    return Forces(middle, ends, peaks or {up: _greater(_peak(cycles, up, central), middle[up], up) for up in both})
+
+
+def _greater(peak: PerCycle, middle: PerCycle, up: bool) -> PerCycle:
+    """Return the peak, or the force at mid-stroke where noise has put the place of a flat peak beside a greater one."""
+    sign = 1.0 if up else -1.0
+    return middle if sign * middle.values.mean() > sign * peak.values.mean() else peak
 
 
 def quantities(cycles: Cycles, forces: Forces, rebound: bool = True) -> list[Quantity]:

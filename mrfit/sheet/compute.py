@@ -34,10 +34,7 @@ class SheetContent:
 
 
 def sheet_of(
-    recordings: Sequence[Recording],
-    settings: Settings,
-    against: Sequence[Recording] = (),
-    progress: Progress = silent,
+    recordings: Sequence[Recording], settings: Settings, against: Sequence[Recording] = (), progress: Progress = silent
 ) -> SheetContent:
     """Return the sheet of recordings.
 

@@ -133,7 +133,7 @@ def measured(
     names = iter([s.condition for s in name_conditions(segments, stated, wording)])
     rows, loops, courses = list[SheetCondition](), list[MeanLoop](), list[CycleCourse]()
     levels: dict[str, list[list[ConditionForce]]] = {}
-    done, said = set(), dict[str, list[str]]()
+    done, refused, said = set(), set(), dict[str, list[str]]()
     for test, one in zip(tests, found, strict=True):
         name, unit = test.recording.id, test.unit
         # a set without any segment has its reasons of its own
@@ -142,6 +142,7 @@ def measured(
             called = next(names)
             if isinstance(condition, str):
                 left.append((unit, f"{test.recording.source}: {called}: {condition}"))
+                refused.add(name)
             elif condition is not None:
                 own = condition.called(called)
                 rows.append(replace(own.row, findings=[*own.row.findings, *said[name]]))
@@ -153,7 +154,8 @@ def measured(
     for name, recording in usable.items():
         whole = _whole_record(recording, units[name], name in done, said[name])
         rows += [whole] if isinstance(whole, SheetCondition) else []
-        left += [(units[name], whole)] if isinstance(whole, str) else []
+        # of what is refused already, the reason is known
+        left += [(units[name], whole)] if isinstance(whole, str) and name not in refused else []
     across = {unit: _across(own) for unit, own in levels.items()}
     return Measurements(rows, loops, courses, across, left)
 
@@ -294,8 +296,8 @@ def _sensitive(cycles: Cycles, found: Sequence[Quantity]) -> list[str]:
     if not words:
         return []
     return [
-        f"one sample ({1e3 * cycles.dt:.3g} ms) by which the channels are not sampled together would change "
-        f"{', '.join(words)} (forces: of the peak); --skew corrects a known one"
+        f"a force recorded one sample ({1e3 * cycles.dt:.3g} ms) late or early would change "
+        f"{', '.join(words)} (forces: of the peak); --skew corrects a known time"
     ]
 
 

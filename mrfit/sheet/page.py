@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, SheetFile, UnitRow, VerdictRow
+from mrfit.measure.quantity import SHEET_QUANTITIES
 from mrfit.report.figures import panels_of
 from mrfit.report.sections import Section, SectionFigure, Table
 from mrfit.report.sections import render as render_sections
@@ -19,7 +20,7 @@ from mrfit.sheet.tables import (
     unit_table,
     verdict_table,
 )
-from mrfit.sheet.words import notes_of
+from mrfit.sheet.words import notes_of, unmatched_of
 
 PANELS_HEIGHT = 3.4
 """Inches of a row of panels."""
@@ -37,6 +38,8 @@ def render(sheet: SheetContent) -> str:
     for number, unit in enumerate([u for u in file.units if u in worst], 1):
         sections += unit_sections(sheet, unit, f"u{number}", several)
     sections += _changes(file)
+    names = Table("Names of quantities", ("quantity", "meaning"), [(n, m) for n, (_, m) in SHEET_QUANTITIES.items()])
+    sections.append(Section("Names", (), [names], folded=True))
     if file.left_out:
         sections.append(Section("Left out", file.left_out))
     lead = f"{summary_of(file)}."
@@ -74,12 +77,13 @@ def unit_sections(sheet: SheetContent, unit: UnitRow, anchor: str, several: bool
     courses = [one for one in sheet.courses if one.unit == unit.unit]
     shown = []
     if loops:
-        compared = "; dashed: the logs compared with." if sheet.against else "."
+        words = "Mean cycle of every condition, in the colour of its current"
+        words += "; dashed: the logs compared with." if sheet.against else "."
         panels: list[Callable[[Axes], object]] = [
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "displacement"),
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "velocity"),
         ]
-        shown.append(drawn(f"{anchor}l", "Loops.", f"Mean cycle of every condition{compared}", panels))
+        shown.append(drawn(f"{anchor}l", "Loops.", words, panels))
         panels = [
             lambda axes: figures.draw_peaks(axes, unit.conditions),
             lambda axes: figures.draw_history(axes, courses),
@@ -135,5 +139,5 @@ def _fleet(file: SheetFile) -> list[Section]:
 def _changes(file: SheetFile) -> list[Section]:
     if not file.changes:
         return []
-    words = [f"In one of the two only: {', '.join(file.unmatched)}."] if file.unmatched else []
+    words = [f"Without a partner: {', '.join(unmatched_of(file))}."] if file.unmatched else []
     return [Section("Beside the logs compared with", words, [change_table(file)])]

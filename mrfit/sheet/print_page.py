@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from mrfit.core.counting import few, number_of
@@ -13,7 +14,7 @@ from mrfit.report.svg import style
 from mrfit.sheet import figures
 from mrfit.sheet.compute import SheetContent
 from mrfit.sheet.page import facts_of, title_of
-from mrfit.sheet.tables import MAIN_QUANTITIES, main_table
+from mrfit.sheet.tables import MAIN_QUANTITIES, judged_of, main_table
 from mrfit.sheet.words import limits_text, number_text, numbers_of
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 A4_INCHES = (8.27, 11.69)
 LEFT_EDGE, RIGHT_EDGE, BOTTOM_EDGE = 0.075, 0.94, 0.045
+FOOT_LETTERS = 170
 LINE_HEIGHT = 0.0128
 """Height of a line of text over that of the page."""
 PRINTED_QUANTITIES = (*MAIN_QUANTITIES, "friction", "gas force")
@@ -63,8 +65,9 @@ def draw(sheet: SheetContent, unit: UnitRow) -> "Figure":
             one.yaxis.label.set_fontsize(7.5)
         top = places[2][1] - 0.07
     _tables(canvas, top, unit)
-    foot = f"mrfit {version('mrfit')}. {sheet.file.convention}. Intervals: 95 %."
-    canvas.text(LEFT_EDGE, 0.022, visible(foot), fontsize=5.5, color="#52606f")
+    foot = f"mrfit {version('mrfit')}. Intervals: 95 %. Sign: {sheet.file.convention}."
+    lines = "\n".join(wrap(visible(foot), FOOT_LETTERS))
+    canvas.text(LEFT_EDGE, 0.03, lines, fontsize=5.5, color="#52606f", va="top")
     return canvas
 
 
@@ -81,7 +84,7 @@ def _head(canvas: "Figure", sheet: SheetContent, unit: UnitRow, several: bool) -
     tests = ", ".join(number_of(noun, count) for noun, count in counts.items())
     sources = sorted({Path(c.source).name for c in unit.conditions})
     if sheet.file.limits:
-        facts.append(("Limits", sheet.file.limits))
+        facts += [("Limits", sheet.file.limits), ("Verdicts", judged_of([unit]))]
     for number, (label, text) in enumerate(facts[: 2 * FACTS]):
         x, line = LEFT_EDGE + (number % 2) * 0.45, number // 2
         canvas.text(x, y - 0.024 - line * LINE_HEIGHT, _cut(f"{label}:", 16), fontsize=7.5, color="#52606f")
@@ -108,7 +111,8 @@ def _tables(canvas: "Figure", top: float, unit: UnitRow) -> None:
         places = (0.0, *(CONDITION_WIDTH + k * step for k in range(len(main.heads) - 1)))
         names = [head.partition(" (")[0] for head in main.heads]
         units = [head.partition(" (")[2].rstrip(")") for head in main.heads]
-        top = _table(canvas, top, (names, units, *main.cells), places) - LINE_HEIGHT
+        _table(canvas, top, (names, units, *main.cells), places)
+        return
     heads = ("condition", "quantity", "value", "95 % interval", "over cycles")
     rows = []
     for condition in unit.conditions:

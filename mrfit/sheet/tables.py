@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from mrfit.core.counting import number_of
-from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, SheetCondition, SheetFile, VerdictRow
+from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, SheetCondition, SheetFile, UnitRow, VerdictRow
+from mrfit.report.numbers import unit_html
 from mrfit.report.sections import Table
 from mrfit.sheet.words import change_text, limits_text, number_text, numbers_of
 
 MAIN_QUANTITIES = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "E", "K_eff", "xi_eff", "C_eq")
-VERDICT_LEVELS = {"unit": "unit", "cycle": "each cycle", "batch": "mean of all"}
+VERDICT_LEVELS = {"unit": "all cycles", "cycle": "each cycle", "batch": "all units"}
 CHANGES_SHOWN = 200
 
 
@@ -18,7 +19,7 @@ def main_table(conditions: Sequence[SheetCondition], caption: str = "Main quanti
     values = [{q.name: q.value for q in c.quantities} for c in conditions]
     units = {q.name: q.unit for c in conditions for q in c.quantities}
     names = [n for n in MAIN_QUANTITIES if any(v.get(n) is not None for v in values)]
-    heads = ("condition", "cycles", "v (m/s)", *(f"{n} ({units[n]})" if units[n] else n for n in names))
+    heads = ("condition", "cycles", "v (m/s)", *(f"{n} ({unit_html(units[n])})" if units[n] else n for n in names))
     rows = [
         [c.condition, c.cycles, c.peak_velocity, *(v.get(n) for n in names)]
         for c, v in zip(conditions, values, strict=True)
@@ -68,11 +69,23 @@ def summary_of(file: SheetFile) -> str:
     """Return the numbers of conditions, units and verdicts."""
     conditions = sum(len(unit.conditions) for unit in file.units)
     text = f"{number_of('condition', conditions)} of {number_of('unit', len(file.units))}"
+    if file.unmatched and not file.changes:
+        text += ", none of them in the logs compared with"
     if not file.limits:
         return f"{text}, without limits"
     verdicts = [unit.verdict for unit in file.units]
     counts = ", ".join(f"{verdicts.count(word)} {word}" for word in (PASS, FAIL, UNDECIDED))
-    return f"{text}, against {file.limits}: {counts if len(verdicts) > 1 else verdicts[0]}"
+    judged = judged_of(file.units)
+    return f"{text}, limits '{file.limits}': {judged}: {counts if len(verdicts) > 1 else verdicts[0]}"
+
+
+def judged_of(units: Sequence[UnitRow]) -> str:
+    """Return the number of verdicts, and of the conditions that they are on, in words."""
+    verdicts = [(unit.unit, v.condition) for unit in units for v in unit.verdicts]
+    conditions = [(unit.unit, c.condition) for unit in units for c in unit.conditions]
+    on, across = sum(c in verdicts for c in conditions), bool(set(verdicts) - set(conditions))
+    of = number_of("condition", len(conditions))
+    return f"{number_of('verdict', len(verdicts))} on {on} of {of}{' and across them' * across}"
 
 
 def unit_table(file: SheetFile) -> Table:

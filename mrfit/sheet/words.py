@@ -1,16 +1,19 @@
 """Numbers of a sheet as people read them: in units with prefixes, with their intervals, limits and changes."""
 
+import math
 import re
 from collections.abc import Sequence
 
 from mrfit.core.counting import number_of
 from mrfit.core.grouping import grouped
-from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, VerdictRow
+from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, SheetFile, VerdictRow
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, significant, unit_html, with_interval
 
 PURE_NUMBERS = {"ratio": False, "closure": True, "efficiency": True, "ripple": True, "fade+": True, "fade-": True}
 """Pure numbers -> whether they are read in percent."""
+LEAST_SHOWN = {"ripple": 0.0, "free travel": 0.0}
+"""Sizes whose estimate may fall below zero by noise, where it is shown as zero."""
 CLEAR = 5.0
 """Widths of its interval from zero from which on the deviation of a cycle is told as a share."""
 PREFIXED = ("N", "m", "m/s", "s", "J", "N/m")
@@ -24,9 +27,11 @@ def scaled(name: str, unit: str, row: QuantityRow | VerdictRow) -> tuple[float, 
     return prefixed(largest, unit) if unit in PREFIXED else (1.0, unit_html(unit))
 
 
-def interval_text(factor: float, value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """Return a value and its interval times a factor."""
-    middle, first, last = with_interval(factor * value, *(None if v is None else factor * v for v in (low, high)))
+def interval_text(factor: float, value: float, low: float | None, high: float | None, of: str = "") -> tuple[str, str]:
+    """Return a value and its interval times a factor, ``of`` what: sizes are not below zero."""
+    least = LEAST_SHOWN.get(of, -math.inf)
+    ends = (None if v is None else factor * max(v, least) for v in (low, high))
+    middle, first, last = with_interval(factor * max(value, least), *ends)
     return in_html(middle), f"{in_html(first)} to {in_html(last)}" if first and last else "–"
 
 
@@ -35,7 +40,7 @@ def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
     if row.value is None:
         return "–", "–", "", row.reason
     factor, unit = scaled(row.name, row.unit, row)
-    return *interval_text(factor, row.value, row.low, row.high), unit, over_cycles(row)
+    return *interval_text(factor, row.value, row.low, row.high, row.name), unit, over_cycles(row)
 
 
 def over_cycles(row: QuantityRow) -> str:
@@ -54,7 +59,7 @@ def number_text(row: VerdictRow) -> str:
     if row.value is None:
         return "–"
     factor, unit = scaled(row.quantity, row.si_unit, row)
-    value, interval = interval_text(factor, row.value, row.low, row.high)
+    value, interval = interval_text(factor, row.value, row.low, row.high, row.quantity)
     return f"{'off by ' if row.level == 'cycle' else ''}{value} {unit} ({interval})".replace("  ", " ")
 
 
@@ -73,6 +78,12 @@ def change_text(row: ChangeRow) -> str:
         return "–"
     value, interval = interval_text(100.0, row.change, row.low, row.high)
     return f"{value} % ({interval})"
+
+
+def unmatched_of(file: SheetFile) -> list[str]:
+    """Return the conditions that have no partner in the logs compared with, or in these."""
+    own = {c.condition for unit in file.units for c in unit.conditions}
+    return [f"{name} (only {'here' if name in own else 'in the logs compared with'})" for name in file.unmatched]
 
 
 def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:

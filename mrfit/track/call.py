@@ -194,6 +194,7 @@ def _in_numbers(recording: Recording, found: ParameterTrack, blocks: BlockRefits
         TrackedValue(
             name=p.name,
             unit=p.unit,
+            factor=p.factor,
             fit=p.value,
             fit_deviation=float(np.hypot(p.deviation, np.sqrt(found.plan.held[k, k]))),
             least=float(found.values[:, k].min()),

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mrfit.apply.car import Car, Control, Ride, Timing, adaptive, desired, drive, rms
-from mrfit.apply.chatter import limit_cycle, look, told_apart, turning_points
+from mrfit.apply.chatter import cause_of, limit_cycle, look, told_apart, turning_points
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.ride import quarter_car
 from mrfit.apply.roads import ROUGHNESS, Bump, RandomRoad, Sweep, road
@@ -15,6 +15,7 @@ from mrfit.apply.stepper import Stepper
 from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.apply import Chatter
 from tests.apply.dampers import monotone
 
 SKYHOOK = Control("skyhook-on-off")
@@ -86,6 +87,28 @@ def cause(one: Damper, car: Car, control: Control, timing: Timing) -> tuple[bool
 
     found = told_apart(rides, timing, car.fastest, again, "current-lag" in one.model)[0]
     return found.found, found.limit_cycle, found.cause
+
+
+def chatter_of(swing: float) -> Chatter:
+    """Return a finding whose weight is its swing."""
+    return Chatter(
+        found=True, share=1.0, rate=100.0, turns=9, swing=swing, first=0.1, switching=0.0, jumps=0.0, limit_cycle=0.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("left", "named"),
+    [
+        ((1.41, 0.0), "pre-yield slope"),
+        ((0.2, 1.0), "sample time"),
+        ((0.05, 0.0), "sample time or pre-yield slope"),
+        ((2.5, 2.0), "not told apart"),
+    ],
+)
+def test_the_cause_is_that_without_which_least_is_left(left: tuple[float, float], named: str) -> None:
+    ride = drive(Stepper(linear()), Car(), [(Control("passive-low"), Bump(duration=0.9))], Timing(5e-3, 1))[0]
+    without = {n: (chatter_of(v), ride) for n, v in zip(("sample time", "pre-yield slope"), left, strict=True)}
+    assert cause_of(chatter_of(5.45), without, ride) == named
 
 
 def test_a_force_that_jumps_chatters_by_its_pre_yield_slope() -> None:
@@ -222,6 +245,8 @@ def test_chatter_of_one_cause_is_one_sentence_and_motions_beyond_the_tests_are_t
     assert said.startswith(
         "skyhook-on-off, passive-high on bump 20 mm; skyhook-on-off, passive-high on bump 30 mm chatter"
     )
+    assert "Cause: the pre-yield slope (faded out below 20 mm/s): without it " in said
+    assert "% of swing × time is left" in said
     rates = sorted(c.rate for c in found)
     assert f"at {rates[0]:.0f} to {rates[-1]:.0f} Hz" in said
     beyond = [f for f in study.findings if f.startswith("The velocity leaves what the damper was tested in (0.1 m/s")]
@@ -233,7 +258,8 @@ def test_chatter_of_one_cause_is_one_sentence_and_motions_beyond_the_tests_are_t
     wide = replace(tested, tested=(("displacement", 0.10, 0.12),))
     far = NamedMotion("far", np.linspace(-0.02, 0.02, 9), np.zeros(9))
     (text,) = beyond_tests(wide, [far, NamedMotion("near", np.linspace(0.0, 0.02, 9), np.zeros(9))])
-    assert "an amplitude of 0.01 m at most" in text and "in 1 of 2 motions, and reaches 0.02 m in far" in text
+    assert "an amplitude of 0.01 m at most" in text
+    assert "in 1 of 2 motions, and reaches an amplitude of 0.02 m in far" in text
 
 
 def test_a_wheel_that_would_leave_the_road_is_told() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mrfit
+from mrfit.apply.coil_stage import percent_text
 from mrfit.apply.damper import Damper
 from mrfit.cli import console
 from mrfit.cli.main import app
@@ -25,6 +26,7 @@ FILES = {
     "current": CurrentFile,
     "flux-command": FluxCommandFile,
 }
+MMF = (("L", 0.03), ("i_c", 0.1), ("flux_y", 0.003), ("n", 1.3), ("rho", -0.3))
 COIL = {"A": 0.8, "Lc": 0.02, "kappa": 3.5, "beta": 30.0, "gamma": 60.0, "n": 1.3, "D": 1.0}
 
 
@@ -93,6 +95,7 @@ def test_invert_writes_currents_that_give_the_force(command: Command, work: Path
     assert row["explicit"] and row["greatest_error_where_reached"] < 1e-9
     page, content = page_of(work, "invert")
     assert content["fit"] == "plain" and "closed form" in page
+    assert "c=2e4: c·v + k·x, c in N·s/m" in page and "Red: the desired force is outside." in page
     from pyarrow.parquet import read_table
 
     table = read_table(work / "apply" / "invert-1.parquet").to_pydict()
@@ -131,6 +134,17 @@ def test_invert_of_a_logs_own_force_is_its_current(command: Command, work: Path,
     assert code == 1 and "needs a column 'force'" in text
 
 
+def test_what_is_not_drawn_has_no_words(command: Command, work: Path) -> None:
+    assert command("invert", "--fit", "plain", "--sine", "1:0.01:1", "--law", "c=6000,k=0")[0] == 0
+    page, content = page_of(work, "invert")
+    outside = content["motions"][0]["shares"]["reached"] < 1.0  # type: ignore[index]
+    assert ("Red:" in page) == outside
+    assert command("track", "--fit", "plain", "--sine", "1:0.01:1", "--law", "c=2e4", "--scheme", "feedforward")[0] == 0
+    page, content = page_of(work, "track")
+    third = content["cases"][0]["regions"][2]["share"] > 0.0  # type: ignore[index]
+    assert ("Red: region III" in page) == third and "at most 1.2 times the greatest current tested" in page
+
+
 def test_track_says_what_the_lag_costs(command: Command, work: Path) -> None:
     code, said = command(
         "track", "--fit", "lagging", "--sine", "2:0.01:1", "--dt", "0.002", "--law", "c=1e4", "--law", "k=-5e4,c=1e4"
@@ -139,6 +153,7 @@ def test_track_says_what_the_lag_costs(command: Command, work: Path) -> None:
     page, content = page_of(work, "track")
     cases = content["cases"]
     assert isinstance(cases, list) and len(cases) == 2 * 4 * 2
+    assert "Red: region III of the first scheme." in page
     assert "What the lag costs" in page and "Err_energy" in page
 
 
@@ -148,6 +163,7 @@ def test_numbers_that_there_are_none_of_are_null(command: Command, work: Path) -
     assert code == 0
     content = page_of(work, "quarter-car")[1]
     row = content["rows"][0]
+    assert "passive-low" in page_of(work, "quarter-car")[0] and "Desired damping" not in page_of(work, "quarter-car")[0]
     assert row["tyre_load"] is None and row["least_load"] is None and row["chatter"]["first"] is None
     assert content["amplifier"]["rate"] is None and content["timing"]["until"] is None
     told = json.loads(said)
@@ -165,6 +181,7 @@ def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path)
     rows, roads = content["rows"], content["roads"]
     assert isinstance(rows, list) and len(rows) == 2 * 2
     assert isinstance(roads, list) and roads[0]["seed"] == 7 and "seed 7" in page
+    assert "hybrid 2000 N·s/m" in page
     again = work / "apply" / "quarter-car.json"
     before = again.read_bytes()
     command(*arguments, *timing)
@@ -226,10 +243,14 @@ def test_the_current_of_a_logged_flux_is_the_logged_one(command: Command, work: 
     assert row["known"] == 100 and row["error"] < 1e-6
     page, content = page_of(work, "current")
     assert content["coil"]["model"] == "boucwen-flux" and "known for the first 0.1 s" in page
+    assert "flux model inverted" in page and ">known (s)<" in page and "gives it directly" not in page
     from pyarrow.parquet import read_table
 
     table = read_table(work / "apply" / "current-1.parquet").to_pydict()
     np.testing.assert_allclose(table["current"], current, atol=1e-6)
+    write_fit(work, "mmf", Damper("mmf", "boucwen-mmf", MMF, (), 0.0, 1.0))
+    assert command("current", "--fit", "mmf", log)[0] == 0
+    assert "gives it directly" in page_of(work, "current")[0] and "inverted" not in page_of(work, "current")[0]
     assert command("current", "--fit", "coil", log)[0] == 0
     code, text = command("current", "--fit", "coil", log, "--known", "0.001")
     assert code == 1 and "is 1 of its 1000 samples" in text
@@ -246,6 +267,11 @@ def test_the_voltage_for_a_flux_and_its_limits(command: Command, work: Path, tmp
     assert code == 0 and json.loads(said)["error"] < 1e-9
     page, content = page_of(work, "flux-command")
     assert "20 V: the limit never binds." in page and content["limited"] == 0.0
+    assert "The plant is the model itself" in page and content["wanted"] == "Sine of 5 Hz and 0.03 Wb"
+    write_fit(work, "other", Damper("other", "boucwen-flux", tuple({**COIL, "Lc": 0.03}.items()), (), 0.0, 1.0))
+    assert command(*wanted, "--sine", "5:0.03", "--plant", "other")[0] == 0
+    assert "The plant is the model itself" not in page_of(work, "flux-command")[0]
+    assert [percent_text(share) for share in (0.0, 2.9e-14, 0.003)] == ["0 %", "less than 10⁻⁹ %", "0.3 %"]
     assert command(*wanted, "--sine", "5:0.03", "--voltage", "3", "--current", "1")[0] == 0
     page, content = page_of(work, "flux-command")
     assert content["limited"] > 0.1 and content["greatest_voltage"] <= 3.0 and content["greatest_current"] <= 1.0 + 1e-9

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from mrfit.batch.fleet import fleet_of
+from mrfit.batch.fleet import findings, fleet_of
 from mrfit.batch.page import FIRST, PAGE_ROWS, render
 from mrfit.cli.batch import show
 from mrfit.io.schemas.batch import BatchFile, Fitted, LogRow, OfCondition
@@ -19,7 +19,7 @@ def test_the_first_rows_stand_open_and_the_others_unfold() -> None:
     page = failed(60)
     open_part, _, folded = page.partition("<details>")
     assert open_part.count("cut &lt;b&gt;") == FIRST and folded.count("cut &lt;b&gt;") == 60 - FIRST
-    assert f"{60 - FIRST} more rows" in page and "60 failed; 0 outliers, 0 drifts" in page
+    assert f"{60 - FIRST} more rows" in page and "60 failed; outliers and drifts not looked for" in page
     # the log's name stands in its row once
     assert page.count("logs/0007.csv") == 1
 
@@ -64,7 +64,29 @@ def test_logs_of_one_condition_are_compared() -> None:
 
 def test_the_counts_of_a_batch_add_up(capsys: pytest.CaptureFixture[str]) -> None:
     bad = [LogRow(log=f"{k}.csv", error="bad") for k in range(5)]
-    show(BatchFile(logs=15, done=12, unchanged=0, failed=bad))
+    show(BatchFile(logs=15, done=12, unchanged=0, failed=bad, most=20))
     said = capsys.readouterr().out
     last = said.splitlines()[-1]
-    assert last.startswith("15 logs: 10 fitted, 5 failed (12 processed now, 0 unchanged, 3 refused unread); 0 outliers")
+    assert last.startswith(
+        "15 logs: 10 fitted, 5 failed (12 processed now, 0 unchanged, 3 refused unread); 0 outliers, 0 drifts"
+    )
+
+
+@pytest.mark.parametrize(
+    ("most", "said"),
+    [
+        (7, "outliers and drifts not looked for, no condition has 8 logs"),
+        (19, "2 outliers, drifts not looked for, no condition has 20 logs"),
+        (20, "2 outliers, 1 drift"),
+    ],
+)
+def test_what_was_not_looked_for_is_not_counted_as_none(most: int, said: str) -> None:
+    assert findings(2, 1, most) == said
+
+
+def test_values_of_logs_apart_stand_with_log_and_interval_below_model_and_folder() -> None:
+    rows = [fitted(k, f"sine-{k}A", 0.5 * k) for k in range(2)]
+    page = render(rows, fleet_of(rows), [("Model", "tanh, fitted by auto")])
+    assert "tanh, fitted by auto" in page and ">90 to 110<" in page and ">1.csv<" in page and "`mrfit" not in page
+    alike = [fitted(k, "sine", 0.5) for k in range(2)]
+    assert ">90 to 110<" not in render(alike, fleet_of(alike))

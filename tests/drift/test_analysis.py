@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mrfit
-from mrfit.drift.page import range_rows
+from mrfit.drift.page import BAND_POINTS, _mean_of, range_rows
 from mrfit.io.schemas.drift import DriftFile
 from tests.drift.fleets import MEANS, fleet
 
@@ -54,10 +54,19 @@ def test_a_condition_that_differs_and_is_no_covariate_is_said() -> None:
     frequency, current = rng.permutation(LIFE / 2e4 + 0.5), rng.permutation(LIFE / 2e4)
     assert compared([], "frequency", frequency=frequency, current=current).notes == [
         "current differs between these tests, 0 to 1 A, and counts as scatter between units: "
-        "add it by --over frequency,current"
+        "add it by --over frequency,current",
+        "all: means and tolerances are at the mean of the covariates, frequency 1 Hz",
     ]
     for over, more in (("frequency,current", current), ("frequency", 1.0 + 0.001 * current), ("cycles", current)):
-        assert compared([], over, frequency=frequency, current=more).notes == []
+        (where,) = compared([], over, frequency=frequency, current=more).notes
+        assert "at the mean of the covariates" in where and ("current 0.5 A" in where) == ("current" in over)
+
+
+def test_logs_that_count_as_units_are_said_where_a_covariate_is_followed() -> None:
+    table = fleet(np.random.default_rng(3), UNITS, 1, columns={"cycles": np.arange(float(UNITS))})
+    notes = [" ".join(mrfit.drift(table, over=over).content.notes) for over in (["cycles"], [])]
+    said = ["every log counts as a unit" in text for text in notes]
+    assert said == [True, False]
 
 
 def test_variances_that_exceed_the_scatter_of_units_are_said() -> None:
@@ -116,7 +125,7 @@ def test_repeatability_is_told_from_reproducibility() -> None:
 def test_what_cannot_be_judged_is_said() -> None:
     table = fleet(np.random.default_rng(1), 3, columns={"cycles": np.zeros(3)})
     found = mrfit.drift(table, over=["cycles"]).content
-    assert found.notes == ["sine: cycles does not move by itself in 4 tests or more"]
+    assert found.notes[0] == "sine: cycles does not move by itself in 4 tests or more"
     with pytest.raises(mrfit.ConfigError, match="--over colour: no fit states it; there are cycles"):
         mrfit.drift(table, over=["colour"])
     with pytest.raises(mrfit.DataError, match="no column value"):
@@ -150,3 +159,14 @@ def test_the_axis_of_units_far_apart_is_logarithmic_with_plain_numbers(tmp_path:
     mrfit.drift(fleet(np.random.default_rng(2), 6, between=1.5)).save(tmp_path)
     page = (tmp_path / "drift.html").read_text(encoding="utf-8")
     assert ">1000<" in page and "mathdefault" not in page
+
+
+def test_bands_of_a_trend_are_those_of_its_row() -> None:
+    table = fleet(np.random.default_rng(3), 8, columns={"cycles": np.linspace(0.0, 2e4, 8)})
+    for trend in mrfit.drift(table, over=["cycles"]).trends:
+        assert trend.population
+        found, half = _mean_of(trend, np.full(BAND_POINTS, trend.values.mean()))  # type: ignore[misc]
+        low, high = trend.population.mean_interval
+        assert half == pytest.approx((high - low) / 2.0) and low < found[0] < high
+        _, ends = _mean_of(trend, np.linspace(0.0, 2e4, BAND_POINTS))  # type: ignore[misc]
+        assert ends[0] > 1.2 * half[0] and ends[-1] > 1.2 * half[0]

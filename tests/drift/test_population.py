@@ -31,6 +31,38 @@ def test_ranges_are_those_of_a_normal_sample_where_many_units_show_no_tails() ->
     assert found.limits()[1] / values.std(ddof=1) == pytest.approx(one_sided, rel=0.02)
 
 
+def test_slopes_of_the_same_values_cost_degrees_of_freedom() -> None:
+    rng = np.random.default_rng(3)
+    beside = np.array([[0.0, 0.5], [0.0, 1.0], [0.0, 2.0], [1.0, 0.5], [1.0, 1.0], [1.0, 2.0]])
+    beside, values = beside - beside.mean(axis=0), rng.standard_normal(6)
+    found = population(values + beside @ [30.0, -5.0], np.zeros(6), beside=beside)
+    design = np.column_stack([np.ones(6), beside])
+    rest = values - design @ np.linalg.lstsq(design, values, rcond=None)[0]
+    sigma = np.sqrt(rest @ rest / 3.0)
+    half = stats.t.ppf(0.975, 3) * sigma / np.sqrt(6)
+    assert found.mean == pytest.approx(values.mean()) and found.variance == pytest.approx(sigma**2, rel=1e-4)
+    assert found.mean_interval == pytest.approx((values.mean() - half, values.mean() + half), abs=0.1 * sigma)
+    # no less than the normal law's 95/95 factor of 3 degrees of freedom by Howe's formula, and less without slopes
+    factor = 1.96 * np.sqrt(3 * (1 + 1 / 6) / stats.chi2.ppf(0.05, 3))
+    assert factor < np.diff(found.tolerance)[0] / 2.0 / sigma < 2.0 * factor
+    alone = population(values, np.zeros(6))
+    assert np.diff(alone.tolerance)[0] / values.std(ddof=1) < np.diff(found.tolerance)[0] / sigma
+
+
+def test_ranges_hold_the_interval_of_the_mean_and_units_as_often_as_is_said() -> None:
+    rng, beside = np.random.default_rng(7), np.array([[0.0], [0.0], [0.0], [1.0], [1.0], [1.0]]) - 0.5
+    known = np.array([0.01, 0.1, 1.0, 1.0, 4.0, 9.0])
+    for omega, times in ((0.0, 20), (5.0, 60)):
+        hits = 0
+        for _ in range(times):
+            found = population(rng.standard_normal(6) * np.sqrt(omega**2 + known), known, beside=beside)
+            (low, high), mean = found.tolerance, found.mean_interval
+            assert low <= mean[0] and mean[1] <= high
+            held = stats.norm.cdf(high / omega) - stats.norm.cdf(low / omega) if omega else float(low <= 0.0 <= high)
+            hits += held >= 0.95
+        assert hits >= 0.9 * times
+
+
 def test_units_that_scatter_as_their_fits_do_differ_by_nothing() -> None:
     values = 0.5 * np.random.default_rng(4).standard_normal(20)
     found = population(values, np.ones(20))

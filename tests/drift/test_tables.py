@@ -173,7 +173,7 @@ def trends(scores: Array, **given: Any) -> list[Trend]:
             for n, v in enumerate(values)
         )
         names = tuple(r.log for r in rows)
-        spread: Population = population(values, np.full(len(values), 1e-12), [], 0)
+        spread: Population = population(values, np.full(len(values), 1e-12))
         places = np.arange(len(rows))
         made.append(Trend(rows, (), np.empty((len(rows), 0)), places, names, population=spread))
     return made

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from mrfit.drift.analysis import probability_text
 from mrfit.drift.page import odd_rows, range_rows, shown, slope_rows, spread_rows, step_rows, table_cells
 from mrfit.io.schemas.drift import ChangePoint, DriftFile, ParameterOverUnits, Slope, UnitThatStandsOut
 
@@ -35,6 +36,12 @@ def test_parameters_that_drift_come_first_then_the_likeliest() -> None:
     rows = [parameter(n, slopes=slope(p, d)) for n, p, d in (("a", 0.5, False), ("b", 0.2, False), ("c", 0.04, True))]
     assert [row[0] for row in slope_rows(rows)] == ["c", "b", "a"]
     assert [row[-1] for row in slope_rows(rows)] == ["yes", "no", "no"]
+
+
+def test_no_probability_is_nought() -> None:
+    rows = [parameter(slopes=[Slope(**{**vars(SLOPE), "probability": p})]) for p in (0.0, 2e-6)]
+    assert [row[-2] for row in slope_rows(rows)] == ["< 10⁻⁶", "2.000×10⁻⁶"]
+    assert [probability_text(p) for p in (0.0, 0.0067)] == ["< 1e-6", "= 0.0067"]
 
 
 def test_a_step_is_said_where_there_is_one() -> None:

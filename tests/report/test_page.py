@@ -286,6 +286,8 @@ def test_nothing_is_hidden_where_scripts_do_not_run_or_the_page_is_printed(study
     assert all(" open" in d for d in re.findall('<details class="fold"[^>]*>', text))
     printed = text[text.index("@media print {\n@page") :]
     assert ".scroll { overflow: visible; }" in printed and "beforeprint" in text
+    # a number breaks between words only
+    assert "td.num { overflow-wrap: normal; }" in printed
 
 
 def test_the_page_s_own_script_is_small(study):

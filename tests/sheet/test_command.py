@@ -32,7 +32,8 @@ def test_a_sheet_of_six_conditions_with_limits(tmp_path: Path, mrfit: Run) -> No
         *("--about", "specimen=<b>MR & 7</b>"),
     )
     assert (
-        "6 conditions of 1 unit, against Damper of datasets/damper-sines: pass" in " ".join(run.stdout.split())
+        "limits 'Damper of datasets/damper-sines': 5 verdicts on 2 of 6 conditions: pass"
+        in " ".join(run.stdout.split())
         and "positive velocity is rebound" in run.stdout
     )
     assert {p.name for p in out.iterdir()} == {"sheet.html", "sheet.csv", "sheet.json"}
@@ -168,7 +169,9 @@ def test_a_pipeline_file_writes_the_sheet_of_its_logs(tmp_path: Path, mrfit: Run
     (tmp_path / "l.toml").write_text('[[limit]]\nquantity = "E"\nleast = 1.0\n')
     (tmp_path / "p.toml").write_text('[ingest]\nlogs = ["logs/*.csv"]\n[sheet]\nlimits = "l.toml"\npdf = true\n')
     run = mrfit("run", "p.toml", "--work", "w")
-    assert run.returncode == 0 and "of 1 unit, against l.toml: pass" in run.stdout, run.stderr
+    assert run.returncode == 0 and "of 1 unit, limits 'l.toml': 1 verdict on 1 of 1 condition: pass" in run.stdout, (
+        run.stderr
+    )
     assert {p.name for p in (tmp_path / "w" / "sheet").iterdir()} == {
         *("sheet.html", "sheet.csv", "sheet.json", "sheet.pdf")
     }
@@ -194,4 +197,8 @@ def test_logs_that_allow_no_sheet_are_said_and_so_are_conditions_without_a_partn
     one = str(datasets / "damper-sines" / "sine_1Hz_10mm_1A.csv")
     beside = mrfit("measure", "sheet", one, "--against", switched, "--out", str(tmp_path / "a"))
     assert beside.returncode == 0
-    assert "left out: no condition is in both: nothing is compared" in " ".join(beside.stdout.split())
+    said = " ".join(beside.stdout.split())
+    assert "left out: no condition is in both: nothing is compared" in said
+    # one reason for each log, of a sine the current
+    assert said.count("sine_1Hz_12mm.csv") == 1 and "sine_1Hz_12mm.csv: sine-1Hz-12mm: the current moves" in said
+    assert "random_4mm.csv: no steady cycles" in said

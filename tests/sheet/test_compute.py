@@ -1,5 +1,6 @@
 """Units that stand out and values that have changed, and the tables that say so."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from mrfit.sheet.tables import (
     across_table,
     change_table,
     condition_table,
+    judged_of,
     main_table,
     summary_of,
     unit_table,
     verdict_table,
 )
+from mrfit.sheet.words import unmatched_of
 from tests.sheet.test_words import verdict
 
 SOUND = [100.0, 101.0, 99.0, 100.5, 99.5, 100.2]
@@ -110,9 +113,25 @@ def test_the_summary_counts_units_or_gives_the_verdict_of_one() -> None:
     assert summary_of(sheet(one)) == "1 condition of 1 unit, without limits"
     judged = [UnitRow(**{**vars(u), "verdict": v}) for u, v in ((one, PASS), (other, FAIL))]
     assert summary_of(sheet(*judged, limits="EN")) == (
-        "3 conditions of 2 units, against EN: 1 pass, 1 fail, 0 cannot be judged"
+        "3 conditions of 2 units, limits 'EN': 0 verdicts on 0 of 3 conditions: 1 pass, 1 fail, 0 cannot be judged"
     )
-    assert summary_of(sheet(judged[1], limits="EN")).endswith("against EN: fail")
+    assert summary_of(sheet(judged[1], limits="EN")).endswith("limits 'EN': 0 verdicts on 0 of 2 conditions: fail")
+
+
+def test_the_conditions_that_limits_touch_are_counted() -> None:
+    own = [condition("a", name="b"), condition("a", name="c")]
+    assert judged_of([unit("a", *own, verdicts=(PASS, PASS))]) == "2 verdicts on 1 of 2 conditions"
+    # verdicts are on a condition that is none of a log
+    assert judged_of([unit("a", own[0], verdicts=(PASS,))]) == "1 verdict on 0 of 1 condition and across them"
+
+
+def test_conditions_without_a_partner_are_said_with_their_side() -> None:
+    file = replace(sheet(unit("a", condition("a", name="b"))), unmatched=["b", "c"])
+    assert unmatched_of(file) == ["b (only here)", "c (only in the logs compared with)"]
+    assert "none of them in the logs compared with" in summary_of(file)
+    rows, _ = _changes([condition("u", quantity())], [condition("a", quantity())])
+    assert "none of them" not in summary_of(replace(file, changes=rows))
+    assert "none of them" not in summary_of(replace(file, unmatched=[])) and unmatched_of(sheet()) == []
 
 
 def test_units_are_listed_with_their_counts_of_verdicts() -> None:
@@ -154,4 +173,4 @@ def test_verdicts_of_several_units_begin_with_the_unit() -> None:
     rows = [verdict(), verdict(level="cycle", verdict=FAIL)]
     assert verdict_table(rows).heads[0] == "condition" and verdict_table(rows, several=True).heads[0] == "unit"
     assert [row[0] for row in verdict_table(rows, several=True).rows] == ["u", "u"]
-    assert [row[1] for row in verdict_table(rows).rows] == ["unit", "each cycle"]
+    assert [row[1] for row in verdict_table(rows).rows] == ["all cycles", "each cycle"]

@@ -30,6 +30,14 @@ def test_a_value_with_its_interval_in_a_unit_with_a_prefix() -> None:
     assert numbers_of(row(value=0.5, low=0.4, high=0.6))[2] == "N"
 
 
+def test_a_size_is_never_below_zero_and_a_force_may_be() -> None:
+    below = {"value": -0.0046, "low": -0.0114, "high": 0.0023}
+    assert numbers_of(row("ripple", "", **below))[:3] == ("0", "0 to 0.230", "%")
+    assert numbers_of(row("ripple", "", value=0.02, low=0.019, high=0.021))[:2] == ("2.00", "1.90 to 2.10")
+    assert numbers_of(row("F0-", "N", value=-100.0, low=-101.0, high=-99.0))[1] == "−101.0 to −99.0"
+    assert number_text(verdict(quantity="ripple", si_unit="", **below)) == "0 % (0 to 0.230)"
+
+
 def test_what_has_no_value_says_why() -> None:
     assert numbers_of(row(value=None, low=None, high=None, reason="one cycle")) == ("–", "–", "", "one cycle")
 
@@ -89,9 +97,9 @@ def test_notes_that_differ_in_numbers_alone_are_told_once_and_others_each() -> N
 
 
 def test_what_a_skew_would_change_is_one_note_whatever_it_changes() -> None:
-    text = "one sample (1 ms) by which the channels are not sampled together would change {}"
+    text = "a force recorded one sample (1 ms) late or early would change {}"
     (said,) = notes_of([condition("a", text.format("F0+ by 2 %")), condition("b", text.format("F0- by 3 %, E"))])
-    assert said.startswith("b: one sample") and said.endswith("(and 1 more condition alike)")
+    assert said.startswith("b: a force recorded") and said.endswith("(and 1 more condition alike)")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """``mrfit track-parameters``: estimates beside refits of blocks, in files and on the page."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from mrfit.api.recordings import Recording
 from mrfit.errors import DataError
 from mrfit.track.call import columns_of, tracked
-from mrfit.track.page import HEADS, rows_of
+from mrfit.track.page import HEADS, page_of, rows_of
 from tests.track.logs import DT, VALUES, fitted, force, motion
 
 
@@ -36,10 +37,22 @@ def test_a_step_is_on_the_page_in_the_numbers_and_in_the_blocks(tmp_path: Path) 
     assert 0.8 < log.moved < 1.0 and log.innovation == pytest.approx(8.0, rel=0.2)
     saved = found.save(str(tmp_path), "life")
     page = (tmp_path / "life.html").read_text()
+    # of what is not drawn nothing is said
+    assert log.moving > 0.0 and "Red: the parameters are taken to move." in page
+    assert "measured − model (N)" in page and "A factor multiplies" not in page
     assert saved.page.endswith("life.html") and "<svg" in page and "fy (N)" in page
     table = pd.read_parquet(tmp_path / "life-life.parquet")
     assert list(table) == ["time", "fy", "c", "fy_sd", "c_sd", "innovation", "moves", "filter"]
     assert set(columns_of(next(iter(found.tracks.values())))) == set(table)
+
+
+def test_a_parameter_that_stays_has_no_red_and_a_factor_is_called_one(tmp_path: Path) -> None:
+    found = tracked(fitted(), [recording(0.0)], ["fy"])
+    (log,) = found.content.logs
+    factor = replace(found.content, logs=[replace(log, parameters=[replace(log.parameters[0], factor=True)])])
+    assert rows_of(factor)[0][2] == "factor" and rows_of(found.content)[0][2] == "N"
+    page = page_of(factor, found.tracks, found.blocks, "x.json")
+    assert log.moving == 0.0 and "Red:" not in page and "A factor multiplies" in page
 
 
 def test_a_log_without_the_output_is_refused() -> None:

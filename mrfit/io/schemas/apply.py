@@ -179,7 +179,8 @@ class Chatter(Entry):
     limit_cycle
         Frequency in Hz of an oscillation that goes on when the road has ended; 0 without one.
     cause
-        ``lag``, ``sample time``, ``pre-yield slope``, or that they were not told apart; empty without chatter.
+        ``lag``, ``sample time``, ``pre-yield slope``, several with ``or`` between them where each leaves as little, or
+        that they were not told apart; empty without chatter.
     evidence
         Swings in N times their share of the time: as it is, and without each cause.
     """

@@ -91,6 +91,8 @@ class BatchFile(Document):
         Where these lie.
     outliers, drifts
         How many values and trends the page lists.
+    most
+        Logs of the condition that most have: outliers are looked for among 8 or more, drifts among 20.
     """
 
     schema: str = BATCH
@@ -103,3 +105,4 @@ class BatchFile(Document):
     page: str = ""
     outliers: int = 0
     drifts: int = 0
+    most: int = 0

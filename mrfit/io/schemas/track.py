@@ -20,6 +20,8 @@ class TrackedValue(Entry):
         The estimate at the end of the log, and its standard deviation.
     block, block_deviation
         The refit of the last block alone; null where it does not tell.
+    factor
+        Whether it multiplies the values of the parameter over the current.
     """
 
     name: str
@@ -32,6 +34,7 @@ class TrackedValue(Entry):
     end_deviation: Number
     block: Number | None
     block_deviation: Number | None
+    factor: bool = False
 
 
 class TrackedLog(Entry):
