@@ -29,6 +29,8 @@ LOGS = {
         ["note of the operator\n" * 20, rows([f"{k / 1e3:.3f} s" for k in K], STROKE, FORCE)]
     ),
     "tags of a head": "<head>\n" + RATE + "</head>\nDisplacement (mm),Force (N)\n" + rows(STROKE, FORCE),
+    "settings before rows that begin at one interval": "ChannelTitle=\tTime\tStroke\tForce\nUnitName=\ts\tmm\tN\n"
+    "Zero\t0\t0\t0\n" + rows(K[1:] / 1e3, STROKE[1:], FORCE[1:]).replace(",", "\t"),
     "a channel that ends early": "Time (s),Force (N),Displacement (mm),Velocity (mm/s)\n"
     + rows(K / 1e3, FORCE, [*K[:-1], ""], [*STROKE[:-1], ""]),
 }
@@ -40,6 +42,12 @@ def test_rows_and_channels_stay(log: str, read_log: ReadLog) -> None:
     assert record.dt == pytest.approx(1e-3) and record.rows_kept >= 119
     assert {"displacement", "force"} <= set(record.channels)
     assert len(record.channels["force"]) >= 119
+
+
+def test_set_points_in_a_third_row_of_the_header_are_not_measured(read_log: ReadLog) -> None:
+    head = "Time;Force;Displacement\ns;kN;mm\nZeit;Kraft Soll;Weg Soll\n"
+    (record,) = read_log(head + rows(K / 1e3, FORCE, STROKE).replace(",", ";"))
+    assert not {"force", "displacement"} & set(record.channels)
 
 
 def test_a_column_that_rises_is_no_minute_of_a_clock(read_log: ReadLog) -> None:

@@ -89,10 +89,11 @@ LONGEST_PART = 6
 """Letters of the longest word that is looked for within a name of such a script."""
 OF_COILS = re.compile("线圈|音圈|励磁|コイル|코일|катушк")
 """Words of a coil's current in such scripts, beside those for what it drives."""
-OF_CURRENT_SENSORS = re.compile("电流传感器|電流センサ|전류 ?센서|датчик тока")
+OF_CURRENT_SENSORS = re.compile("电流传感器|電流センサ|전류 ?센서|датчик тока", re.IGNORECASE)
 OF_SPECIMENS = re.compile(
     r"(?:最大|макс\.?|\bmax\.?|massim[ao]|máxim[ao]) ?\d+"
-    r"|(?:横向|摩擦|마찰) ?(?:减振器|阻尼器|ダンパ|댐퍼)"
+    r"|(?:横向|摩擦|마찰) ?(?:减振器|阻尼器|ダンパ|댐퍼)",
+    re.IGNORECASE,
 )
 """A sensor's range, and kinds of dampers, which hold words for what is not measured."""
 LOOP = (3.6e-3, 21e-3)
@@ -415,7 +416,7 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
 
 def _is_not_measured(column: Column) -> bool:
     """Whether a name is of what no model takes; a damper-side force is measured at the damper, a side force across."""
-    words = _words_of_any_script(OF_SPECIMENS.sub("", column.name.lower()))
+    words = _words_of_any_script(OF_SPECIMENS.sub("", column.name))
     compound = any(map(NOT_MEASURED_COMPOUND.match, words))
     return bool(NOT_MEASURED & words) or compound or re.match(r"side[ _]", column.name.strip().lower()) is not None
 
@@ -440,7 +441,7 @@ def _spoken(column: Column, among: Sequence[str]) -> list[str]:
 def _is_no_coils(column: Column) -> bool:
     """Whether amperes or volts are a sensor's: its name says so, or another quantity, or they stay in its loop."""
     named = _spoken(column, list(CHANNELS))
-    name = OF_CURRENT_SENSORS.sub("", column.name.lower())
+    name = OF_CURRENT_SENSORS.sub("", column.name)
     of_sensor = bool(_words_of_any_script(name) & OF_SENSORS) and not OF_COILS.search(name)
     if of_sensor or "4-20" in column.name or "4..20" in column.name:
         return True

@@ -126,10 +126,10 @@ def read(source: Source) -> list[Table]:
 
 
 def _are_units_alone(header: Header) -> bool:
-    """Whether names are units of the quantities of a test, and one of them of times."""
-    return (
-        not any(header.units) and OF_TESTS.issuperset(header.names) and sum(n in ("s", "ms") for n in header.names) == 1
-    )
+    """Whether names are units of the quantities of a test, one of times and one of several letters."""
+    others = [n for n in header.names if n not in ("s", "ms")]
+    one = len(others) == len(header.names) - 1 and any(len(n) > 1 for n in others)
+    return one and not any(header.units) and OF_TESTS.issuperset(others)
 
 
 def _with_row_names(source: Source, grid: TextGrid, header: Header) -> Header:

@@ -95,8 +95,9 @@ def counted_since(first: float) -> tuple[str, str]:
 
 
 def counts_since(values: Array) -> bool:
-    """Whether values (N,) rise as a count of times since a date."""
-    return bool(counted_since(float(values[0]))[0]) and series.rises(values)
+    """Whether values (N,) rise as times or a count of them since a date."""
+    first, (low, high) = float(values[0]), EPOCH_SECONDS
+    return (low <= first < high or counted_since(first)[0] != "") and series.rises(values)
 
 
 def _guessed(values: Array, first: float, stated: float | None) -> tuple[str, str]:

@@ -79,6 +79,20 @@ def test_a_column_that_goes_with_the_chosen_one_is_said(chosen: Column, other: C
     assert bool(text) == said
 
 
+@pytest.mark.parametrize("other", ["nan", "inf", "1e308", "few"])
+def test_a_column_with_too_few_numbers_goes_with_no_other(other: str) -> None:
+    chosen, rival = _wave("Force", "N", 900.0), _wave("Reaction", "kN", 1.0, place=1)
+    values = np.full(200, np.nan if other == "few" else float(other))
+    values[:3] = rival.values[:3] if other == "few" else values[:3]
+    _, findings = name_signals((chosen, replace(rival, values=values)), Rules(), "log.csv")
+    assert not [f for f in findings if f.kind == "ambiguous-channel"]
+
+
+def test_a_testers_name_in_another_unit_or_beside_the_usual_one_claims_nothing() -> None:
+    assert [n for n, _ in _names(("Standardkraft", "MPa"), ("Standardweg", "%"))] == ["standardkraft", "standardweg"]
+    assert [n for n, _ in _names(("Kraft", "N"), ("Standardkraft", "N"))] == ["force", "standardkraft"]
+
+
 @pytest.mark.parametrize(("wanted", "found"), [("F (kN)", True), ("F (N)", False)])
 def test_a_map_may_name_a_column_as_its_header_does(wanted: str, found: bool) -> None:
     rules = Rules(channels={"force": ChannelRule(column=wanted, unit="kN")})
@@ -228,7 +242,7 @@ def test_columns_named_by_paths_are_called_by_what_differs(
         ("Sollstrom", "A", "current"),
         ("Prąd zadany", "A", "current"),
         ("Wegabweichung", "mm", "displacement"),
-        ("Courant de commande", "A", "current"),
+        ("Courant commandé", "A", "current"),
         ("Сила трения", "N", "force"),
         ("设定电流", "A", "current"),
         ("仿真力", "N", "force"),
@@ -257,6 +271,12 @@ def test_a_demand_alone_is_said(name: str, unit: str, channel: str) -> None:
         ("Sollicitation", "N", "force"),
         ("Course du piston", "mm", "displacement"),
         ("출력 전류", "A", "current"),
+        ("力（最大10kN）", "N", "force"),
+        ("Force (max 10 kN)", "N", "force"),
+        ("摩擦阻尼器力", "N", "force"),
+        ("音圈电机电流", "A", "current"),
+        ("Courant de commande", "A", "current"),
+        ("Standardkraft", "N", "force"),
     ],
 )
 def test_words_of_other_languages_for_what_was_measured(name: str, unit: str, channel: str) -> None:

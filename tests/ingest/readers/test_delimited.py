@@ -1,8 +1,10 @@
 from datetime import datetime, timedelta
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import mrfit
 from mrfit.ingest.refusal import Refusal
 from tests.ingest.conftest import ReadLog
 
@@ -51,7 +53,29 @@ def test_a_ts_that_does_not_rise_or_stands_beside_times_is_another_quantity(read
     assert set(record.channels) == {"ts", "force"}
 
 
-@pytest.mark.parametrize("header", ["s,mm,N", "sec,mm,N", "ms,kN,mm"])
+@pytest.mark.parametrize("first", ["", "-", "---", "OVER"])
+def test_a_ts_without_a_first_number_refuses_no_log(first: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{5e-3 * k:.3f};{k};{k % 7};{25.0 + k if k else first}\n" for k in range(60))
+    (record,) = read_log("Time [s];x [mm];F [kN];ts\n" + rows)
+    assert {"displacement", "force"} <= set(record.channels)
+
+
+def test_a_map_names_the_column_of_a_run_as_the_header_does(tmp_path: Path) -> None:
+    rows = "".join(f"{5e-3 * k:.3f};{k % 9};{k % 7}\n" for k in range(60))
+    (tmp_path / "log.csv").write_text("Run 1: Time (s);Run 1: Position (mm);Run 1: Force (kN)\n" + rows)
+    (tmp_path / "mrfit.toml").write_text('time = "Run 1: Time"\n[channels]\nforce = {column = "Run 1: Force"}\n')
+    (record,) = mrfit.read(tmp_path / "log.csv")
+    assert record.dt == pytest.approx(5e-3) and "force" in record.channels
+
+
+@pytest.mark.parametrize("names", ["Run 1: Force;Run 2: Force;Run 3: Force", "Test 1:;Test 2:;Test 3:"])
+def test_runs_that_alone_tell_columns_apart_stay(names: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{k % 9};{k % 7};{k % 5}\n" for k in range(60))
+    (record,) = read_log(f"# sample rate: 500 Hz\n{names}\n" + rows)
+    assert len(record.channels) == 3 and all("1" in n or "2" in n or "3" in n for n in record.channels)
+
+
+@pytest.mark.parametrize("header", ["s,mm,N", "ms,kN,mm"])
 def test_a_header_of_units_alone_calls_columns_by_them(header: str, read_log: ReadLog) -> None:
     rows = "".join(f"{5e-3 * k:.3f},{k},{k % 7}\n" for k in range(60))
     (record,) = read_log(f"{header}\n{rows}")

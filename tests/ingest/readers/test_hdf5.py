@@ -41,7 +41,7 @@ def test_a_table_of_named_columns(read_log: ReadLog) -> None:
 def test_the_unit_of_the_times_of_a_group(name: str, dt: float, read_log: ReadLog) -> None:
     buffer = io.BytesIO()
     with h5py.File(buffer, "w") as file:
-        file[f"log/{name}"] = np.arange(300) * (5e-3 if name == "ts" else 5e3)
+        file[f"log/{name}"] = (1710412522.0 if name == "ts" else 0.0) + np.arange(300) * (5e-3 if name == "ts" else 5e3)
         file["log/force_N"] = file["log/disp_mm"] = np.sin(np.arange(300) / 9)
     if dt > 600.0:
         with pytest.raises(Refusal, match="its times in 's' make 5e"):

@@ -38,7 +38,7 @@ def test_line_numbers_agree_between_head_and_body(end: str, tmp_path: Path) -> N
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 5\n", "Git LFS pointer"),
         (b"PK\x03\x04rest of an archive", "ZIP"),
         (b"PK\x03\x04notes on x.npy", "ZIP"),
-        (b"PK\x03\x04" + b"\0" * 26 + b"time.npy\x93NUMPY\x01", "NumPy archive"),
+        (b"PK\x03\x04" + b"\0" * 22 + b"\x08\0\0\0time.npy\x93NUMPY\x01", "NumPy archive"),
         (b"\x1f\x8b\x08rest", "gzip"),
     ],
 )

@@ -209,13 +209,9 @@ HEADERS = {
         "Time\tStroke\tForce\nMX_0\tMX_0 CH=1\tMX_0 CH=2\ns\tmm\tN\nSensor: -\tSensor: WA\tSensor: U10\n",
         _table(SECONDS, "\t"),
     ),
-    "words on the columns below names and units": (
-        "Time\tStroke\tForce\ns\tmm\tN\nDAQ\tWA 100\tclamp 2 V\n",
-        _table(SECONDS, "\t"),
-    ),
     "a title above units and names": ("Rig\t7\tA\ns\tmm\tN\nTime\tStroke\tForce\n", _table(SECONDS, "\t")),
     "a label before the first row": (
-        "name,Time,Stroke,Force\nunit,s,mm,N\nfirst",
+        "name,Time,Stroke,Force\nunit,s,mm,N\ntrace_values",
         "".join(f",{line}\n" for line in _table(SECONDS).splitlines()),
     ),
     "the word for data before the first row": (
