@@ -88,19 +88,17 @@ def _typical(drawn: Array, point: Array) -> Array:
 
 def _draw(axes: "Axes", curves: list[_DrawnCurve]) -> None:
     for k, curve in enumerate(curves):
-        every = max(1, len(curve.output) // LOOP_POINTS)
-        axes.plot(curve.across[::every], curve.output[::every], label=curve.name, **_look(k))
+        _plotted(axes, curve.across, curve.output, k, curve.name)
 
 
-def _look(number: int) -> dict[str, Any]:
-    """Return colour and dashes of a curve: more rivals than colours differ in dashes."""
-    again, colour = divmod(number, len(PALETTE))
-    return {"color": PALETTE[colour], "ls": DASHES[again % len(DASHES)]}
+def _plotted(axes: "Axes", across: Array, up: Array, number: int, name: str | None = None) -> None:
+    """Draw a curve; more rivals than colours differ in dashes."""
+    every, (again, colour) = max(1, len(up) // LOOP_POINTS), divmod(number, len(PALETTE))
+    dashes: Any = DASHES[again % len(DASHES)]
+    axes.plot(across[::every], up[::every], color=PALETTE[colour], ls=dashes, label=name)
 
 
 def _draw_apart(axes: "Axes", curves: list[_DrawnCurve], time: Array, noise: float) -> None:
     axes.axhspan(-noise, noise, color="#94a3b8", alpha=0.3, linewidth=0.0)
     for k, curve in enumerate(curves[1:], start=1):
-        every = max(1, len(curve.output) // LOOP_POINTS)
-        apart = curve.output - curves[0].output
-        axes.plot(time[::every], apart[::every], **_look(k))
+        _plotted(axes, time, curve.output - curves[0].output, k)
