@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 from mrfit.apply.damper import Damper
+from mrfit.core import registry
 from mrfit.core.specs import ModelSpec
-from mrfit.report.numbers import significant, unit_html
+from mrfit.report.numbers import in_html, significant, unit_html
 from mrfit.report.sections import Table
 
 Row = TypeVar("Row")
@@ -24,8 +25,8 @@ def facts_of(damper: Damper) -> list[tuple[str, str]]:
     varying = ", ".join(f"{n} (order {o})" for n, o in damper.orders) or "the current is an input of the model"
     return [
         ("Damper", f"{damper.name}: {damper.model}"),
-        ("Equation", spec.equation),
-        ("Current", f"{damper.low:.4g} to {damper.high:.4g} A; depends on it: {varying}"),
+        ("Equation", "; ".join([spec.equation, *registry.equations_of_effects(damper.model)])),
+        ("Current", f"{in_html(f'{damper.low:.4g}')} to {damper.high:.4g} A; depends on it: {varying}"),
         ("Parameters", values_of(damper.parameters, spec)),
     ]
 

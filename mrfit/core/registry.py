@@ -1,12 +1,13 @@
 """Find models, effects, optimizers and readers by name: mrfit's own, one file each, and those of plug-ins."""
 
 import importlib
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from mrfit.core import plugins
 from mrfit.core.built_in import KINDS as KINDS
 from mrfit.core.built_in import Kind, own_module, own_names
-from mrfit.errors import unknown_name
+from mrfit.errors import MrfitError, unknown_name
 
 if TYPE_CHECKING:
     from mrfit.core.protocols import Effect, Model, Optimizer, Reader
@@ -53,6 +54,15 @@ def elements(model: str) -> tuple[str, list[str]]:
     """Return the base and the effects of a written model, which are no words on the mass that it carries, behind @."""
     base, *effects = model.partition("@")[0].split("+")
     return base, effects
+
+
+def equations_of_effects(model: str) -> list[str]:
+    """Return the equations of the effects of a written model, each behind its name; none of a plug-in not loaded."""
+    found = []
+    for name in elements(model)[1]:
+        with suppress(MrfitError):
+            found.append(f"{name}: {load('effect', name).SPEC.equation}")
+    return found
 
 
 def where(kind: Kind, name: str) -> str:

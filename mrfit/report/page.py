@@ -1,7 +1,6 @@
 """The report as one HTML file that opens offline: style and figures inside, no address outside."""
 
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +8,6 @@ from markupsafe import Markup
 
 from mrfit.core import registry
 from mrfit.core.setting import SettingField, defined
-from mrfit.errors import MrfitError
 from mrfit.io.outdated import remedy
 from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
@@ -211,10 +209,7 @@ def _sets(sets: Sequence[tuple[str, Sequence[Quantity]]]) -> list[Sets]:
 
 def _equations(fit: Fit) -> list[str]:
     """Return the equations of a fit's model and of its effects, and the parameters that the current moves."""
-    found = [fit.equation] if fit.equation else []
-    for name in registry.elements(fit.model)[1]:
-        with suppress(MrfitError):  # a plug-in that is not loaded
-            found.append(f"{name}: {registry.load('effect', name).SPEC.equation}")
+    found = [*([fit.equation] if fit.equation else []), *registry.equations_of_effects(fit.model)]
     moved = fit.current_dependence.orders if fit.current_dependence else {}
     names = [name for name, order in moved.items() if order]
     return [*found, f"parameters over the current i: {', '.join(names)}"] if names else found

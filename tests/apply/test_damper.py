@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.apply.damper import Damper, damper
+from mrfit.apply.page import facts_of
 from mrfit.errors import ConfigError
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, FitDependence, Quantity, Result
@@ -17,6 +18,7 @@ from mrfit.models import tanh
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.current_levels import exact_parameters
+from tests.apply.dampers import paper_tanh
 
 ORDERS = st.sampled_from([1, 2, 3, "log2", "sat1", "1:0.5:1", "1/0.5/2"])
 
@@ -61,3 +63,9 @@ def test_short_names_of_nodes_need_the_range_of_currents() -> None:
     assert replace(found, high=1.005) == damper("tanh", own, {"fy": 1})
     with pytest.raises(ConfigError, match="no parameter 'fy@0.3A'"):
         damper("tanh", own | {"fy@0.3A": 1.0}, {"fy": 1})
+
+
+def test_the_facts_of_a_page_have_the_equations_of_effects() -> None:
+    lag = paper_tanh(**{"current-lag.tau": 0.02, "current-lag.t_d": 0.0})
+    plain, lagged = (dict(facts_of(one))["Equation"] for one in (paper_tanh(), lag))
+    assert lagged == f"{plain}; current-lag: d(i_sim)/dt = (i(t - t_d) - i_sim)/tau"
