@@ -252,7 +252,7 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
 def laws_of_roles(dependence: CurrentDependence) -> CurrentChoice:
     """Return the words of fit.json and the page on laws that no held-out current chose."""
     orders = ",".join(f"{name}={order}" for name, order in dependence.orders)
-    said = f"laws of current by the roles of the parameters ({orders}): the current was not held at two levels"
+    said = f"laws of current by the roles of the parameters ({orders}): no currents could be held out to choose them"
     return CurrentChoice(judged_by="roles", text=[said])
 
 

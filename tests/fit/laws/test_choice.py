@@ -326,7 +326,7 @@ def test_laws_of_a_current_that_never_rests_are_told_as_those_of_roles() -> None
     dependence = CurrentDependence((("fy", 2), ("c", 1)), 0.0, 2.0)
     moved = SimpleNamespace(choice=None, dependence=dependence)
     said = mrfit.fit.stage._laws_chosen(mrfit.fit.stage.Settings("tanh", per="all"), moved)
-    assert said.judged_by == "roles" and "(fy=2,c=1): the current was not held at two levels" in said.text[0]
+    assert said.judged_by == "roles" and "(fy=2,c=1): no currents could be held out" in said.text[0]
     assert (
         mrfit.fit.stage._laws_chosen(mrfit.fit.stage.Settings("tanh", per="all", current_order="fy=2,c=1"), moved)
         is None
