@@ -32,6 +32,7 @@ from mrfit.settings.shared import CORES
 
 CONTROLS = ("passive-low", "passive-high", "skyhook-on-off", "skyhook", "groundhook", "hybrid")
 ON_OFF = "skyhook-on-off"
+WITH_DESIRED_DAMPING = ("skyhook", "groundhook", "hybrid")
 
 
 @check_arguments

@@ -164,8 +164,8 @@ def flux_command(
     return write(work, document, page, {"flux-command.parquet": {n: getattr(found, n) for n in names}})
 
 
-def wanted_sine(text: str, dt: float) -> Array:
-    """Return the flux linkage of a sine ``HZ:WB`` or ``HZ:WB:CYCLES`` in Wb.
+def wanted_sine(text: str, dt: float) -> tuple[str, Array]:
+    """Return the name and the flux linkage in Wb of a sine ``HZ:WB`` or ``HZ:WB:CYCLES``.
 
     Raises
     ------
@@ -173,7 +173,8 @@ def wanted_sine(text: str, dt: float) -> Array:
         If it is malformed, or has fewer than 20 samples a cycle.
     """
     frequency, amplitude, cycles = written_sine(text, "WB")
-    return np.asarray(amplitude * np.sin(sine_phase(frequency, cycles, dt)))
+    series = np.asarray(amplitude * np.sin(sine_phase(frequency, cycles, dt)))
+    return f"Sine of {frequency:g} Hz and {amplitude:g} Wb", series
 
 
 def wanted_flux(recordings: Sequence[Recording]) -> tuple[Array, float]:

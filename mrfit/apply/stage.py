@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from mrfit.apply.car import WITH_DESIRED_DAMPING
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.inverse import FLAGS
 from mrfit.apply.laws import law_words
@@ -152,7 +153,7 @@ def quarter_car(work: Path, study: QuarterCar) -> schemas.QuarterCarFile:
     """Write the page of a quarter car, and its numbers; return the document."""
     car, timing = study.car, study.timing
     rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
-    desired = [f"{c.name} {c.damping:g}" for c in study.controls if c.name in ("skyhook", "groundhook", "hybrid")]
+    desired = [f"{c.name} {c.damping:g}" for c in study.controls if c.name in WITH_DESIRED_DAMPING]
     seeds = ", ".join(f"{r.name}: {r.speed:g} m/s, seed {r.seed}" for r in study.roads if isinstance(r, RandomRoad))
     facts = [
         *facts_of(study.damper),

@@ -164,9 +164,12 @@ def _print_inversions(unit: str, summary: "InvertFile") -> None:
     errors = (f"greatest error ({unit})", f"rms error ({unit})")
     rows = [
         [
-            *(r.motion, r.samples),
-            *(f"{100 * share:.1f} %" for share in (*(r.shares[n] for n in columns[2:5]), r.limited)),
-            *(r.greatest_error_where_reached, r.rms_error),
+            r.motion,
+            r.samples,
+            *(f"{100 * r.shares[n]:.1f} %" for n in ("reached", "above reach", "below reach")),
+            f"{100 * r.limited:.1f} %",
+            r.greatest_error_where_reached,
+            r.rms_error,
         ]
         for r in summary.motions
     ]
@@ -390,7 +393,6 @@ def flux_command(
     """
     from mrfit.apply import coil_stage
     from mrfit.apply.coil import flux_command as commanded
-    from mrfit.apply.motion import written_sine
 
     if bool(sine) == bool(desired):
         raise ConfigError("give a wanted flux: --sine HZ:WB or --desired FILE")
@@ -400,8 +402,7 @@ def flux_command(
         wanted, dt = coil_stage.wanted_flux(read_logs([desired], None))
         name = desired.name
     else:
-        frequency, amplitude, _ = written_sine(sine, "WB")
-        wanted, name = coil_stage.wanted_sine(sine, dt), f"Sine of {frequency:g} Hz and {amplitude:g} Wb"
+        name, wanted = coil_stage.wanted_sine(sine, dt)
     found = commanded(coil, wanted, dt, drive, answering)
     return CommandAnswer(coil_stage.flux_command(work, coil, answering, drive, name, found), _print_flux_command)
 

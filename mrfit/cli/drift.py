@@ -58,8 +58,9 @@ def _show(made: "DriftFile") -> None:
     for r in rows:
         if r.change:
             console.say(f"  step: {r.parameter}, {r.condition}: at {r.change.covariate} {r.change.at:.4g}")
-    said = (f"candidate: {cause.effect}: {cause.text}" for cause in made.causes)
-    console.say_each(text.replace("candidate: none named", "no candidate") for text in said)
+    for cause in made.causes:
+        named = "no candidate" if cause.effect == "none named" else f"candidate: {cause.effect}"
+        console.say_each([f"{named}: {cause.text}"])
     console.say_each(made.notes[:ROWS_SHOWN])
     drifts = sum(s.drifts for r in rows for s in r.slopes)
     odd = len({o.specimen for r in rows for o in r.stands_out})

@@ -29,14 +29,15 @@ def words_of(q: Quantity) -> str:
 
 def measured(p: EffectParameter | Quantity) -> str:
     """Return a value with half its interval behind it, or both ends where it does not lie in the middle."""
-    if p.low is not None and p.high is not None and abs(p.value) < NEXT_TO_NOTHING * 0.5 * (p.high - p.low):
-        factor, unit = prefixed(0.5 * (p.high - p.low), p.unit)
-        return f"0 ± {in_html(significant(0.5 * factor * (p.high - p.low), 2))} {unit}".strip()
+    half_width = None if p.low is None or p.high is None else 0.5 * (p.high - p.low)
+    if half_width is not None and abs(p.value) < NEXT_TO_NOTHING * half_width:
+        factor, unit = prefixed(half_width, p.unit)
+        return f"0 ± {in_html(significant(factor * half_width, 2))} {unit}".strip()
     factor, unit = prefixed(abs(p.value), p.unit)
     value, low, high = with_interval(factor * p.value, *(None if e is None else factor * e for e in (p.low, p.high)))
-    if p.low is None or p.high is None or p.low == p.high:
+    if p.low is None or p.high is None or not half_width:
         return f"{in_html(value)} {unit}".strip()
-    half = 0.5 * factor * (p.high - p.low)
+    half = factor * half_width
     shown = (
         significant(half, 2)
         if "e" in value or half >= abs(factor * p.value)

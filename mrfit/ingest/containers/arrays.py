@@ -22,8 +22,7 @@ from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
-from mrfit.ingest.time.clocks import STAMP_NAME, is_called_clock, is_clock
-from mrfit.ingest.time.epoch import counts_since
+from mrfit.ingest.time.clocks import is_called_clock, is_clock, is_stamp
 from mrfit.ingest.time.rate import rate_missing
 
 MANY_NUMBERS, SHOWN_ARRAYS = 1e6, 20
@@ -309,7 +308,7 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
         called = [n for n in names if name_and_unit(_called(n, arrays))[0].lower() in known]
         if rising := [n for n in called if series.rises(arrays.signals[n])]:
             return rising
-    stamps = [n for n in names if _called(n, arrays) == STAMP_NAME and counts_since(arrays.signals[n])]
+    stamps = [n for n in names if is_stamp(_called(n, arrays), arrays.signals[n])]
     return [n for n in names if is_clock(_column(n, arrays, order[n]))] or stamps
 
 

@@ -371,9 +371,11 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
 
 def _rivals_said(chosen: Column, name: str, rivals: Sequence[tuple[int, Column]]) -> list[Finding]:
     """Return the finding on columns in the unit of a chosen one, called otherwise, that go with it but differ."""
+    if name not in RIVALLED or not chosen.unit:
+        return []
     others = [c for _, c in rivals if c is not chosen and c.unit and not _words(c) & (_words(chosen) | OF_TREATED)]
-    told = [c for c in others if chosen.unit and _goes_with(chosen, c, unit_of(name))]
-    if name not in RIVALLED or not told:
+    told = [c for c in others if _goes_with(chosen, c, unit_of(name))]
+    if not told:
         return []
     shown = " and ".join(f"'{c.name}'" for c in told)
     text = f"'{chosen.name}' is taken as the {name}; {shown} may be meant: a channel map can say so"
@@ -402,7 +404,7 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
     possible = [n for n in units.channels_of(column.unit)]
     if named := [n for n in exact if n in possible]:
         return [(4, n) for n in named]
-    if (own := OF_TESTERS.get(" ".join(words_of(column.name)), "")) in possible:
+    if (own := _testers_channel(column)) in possible:
         return [(3, own)]
     spoken = _spoken(column, possible)
     if _is_no_coils(column):
@@ -412,6 +414,11 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
     # of channels in one unit the others are called by their names
     usual = [n for n in possible[:1] if n not in ANGULAR and n != "voltage"]
     return [(1, n) for n in usual if not units.is_weight(column.unit)]
+
+
+def _testers_channel(column: Column) -> str:
+    """Return the channel of a testing machine's own name; an empty text for other names."""
+    return OF_TESTERS.get(" ".join(words_of(column.name)), "")
 
 
 def _is_not_measured(column: Column) -> bool:
@@ -462,9 +469,12 @@ def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken
 def _has_another_name(column: Column) -> bool:
     """Whether a column is called by words, of which none is that of a channel or of an input of a recorder."""
     words = {w for w in _words(column) if len(w) > 2} - OF_INPUTS
-    if " ".join(words_of(column.name)) in OF_TESTERS:
-        return False
-    return bool(words) and not _spoken(column, list(CHANNELS)) and not aliases_of(column.name)
+    return (
+        bool(words)
+        and not _testers_channel(column)
+        and not _spoken(column, list(CHANNELS))
+        and not aliases_of(column.name)
+    )
 
 
 def _own_name(column: Column, taken: set[str]) -> str:

@@ -108,8 +108,7 @@ def read(source: Source) -> list[Table]:
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
     header = replace(header, units=written)
-    cut = header if source.rules.where else without_runs(header)
-    header = cut if len({*cut.names}) == len(cut.names) or tests_beside(cut) else header
+    header = header if source.rules.where else without_runs(header)
     beside = () if source.rules.where or factors else tests_beside(header)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"

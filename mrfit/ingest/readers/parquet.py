@@ -24,8 +24,8 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, name_and_units
 from mrfit.ingest.text.long_format import MOST_CHANNELS, LongFormat, long_format, sorted_out
-from mrfit.ingest.time.clocks import STAMP_NAME, is_clock
-from mrfit.ingest.time.epoch import counted_since, counts_since
+from mrfit.ingest.time.clocks import is_clock, is_stamp
+from mrfit.ingest.time.epoch import counted_since
 from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
@@ -375,7 +375,7 @@ def log_time(columns: list[Column], rule: TimeRule | None) -> Column | None:
     if named or len(timed) == 1:
         return (named or timed)[0]
     dated = (c for c in columns if c.name.lower() in DATE_NAMES)
-    stamps = (c for c in columns if c.name == STAMP_NAME and c.unit is None and counts_since(c.values))
+    stamps = (c for c in columns if c.unit is None and is_stamp(c.name, c.values))
     return next((c for c in columns if is_clock(c)), None) or next(dated, None) or next(stamps, None)
 
 

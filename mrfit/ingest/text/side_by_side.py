@@ -21,10 +21,13 @@ EVEN_AXIS = 0.1
 
 
 def without_runs(header: Header) -> Header:
-    """Return a header without the runs that stand before every name."""
+    """Return a header without the runs that stand before every name, unless these alone tell columns apart."""
     runs = [RUN_BEFORE.match(name) for name in header.names]
     cut = [name[m.end() :] for name, m in zip(header.names, runs, strict=True) if m]
-    return replace(header, names=tuple(cut)) if all(cut) and len(cut) == len(runs) else header
+    if not all(cut) or len(cut) < len(runs):
+        return header
+    shorter = replace(header, names=tuple(cut))
+    return shorter if len({*cut}) == len(cut) or tests_beside(shorter) else header
 
 
 def tests_beside(header: Header) -> list[range]:

@@ -14,6 +14,7 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, RejectedRow, Table
 from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
+from mrfit.ingest.time.epoch import counts_since
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
 STAMP_NAME = "ts"
@@ -87,6 +88,11 @@ def is_clock(column: Column) -> bool:
     steps = [step[np.isfinite(step)] for _, step in series.steps(column.values)]
     rising = sum(int(np.count_nonzero(s > 0.0)) for s in steps)
     return rising > 0.9 * max(sum(map(len, steps)), 1)
+
+
+def is_stamp(name: str, values: Array) -> bool:
+    """Whether a column (N,) is called a stamp, and counts times since a date."""
+    return name == STAMP_NAME and counts_since(values)
 
 
 def is_called_clock(name: str, unit: str | None) -> bool:
