@@ -34,7 +34,7 @@ IRREGULAR = set(
     "Understood Won Worn Written".split()
 )
 # words of the same form that name a thing
-NOUNS = {"Bed", "Bearing", "Drawing", "Heading", "Ring", "Seed", "Setting", "Speed", "Spring", "String"}
+NOUNS = set("Bed Bearing Drawing Finding Heading Recording Ring Seed Setting Speed Spring String Timing".split())
 Place = tuple[str, int, str]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 

@@ -91,7 +91,7 @@ class Rig:
             if self.kind == "gas":
                 gas, ends = GAS, (GAS + STIFFNESS * d, GAS - STIFFNESS * d)
                 extra = float(np.hypot(VISCOUS * v, STIFFNESS * d)) - VISCOUS * v
-        stiffness = (abs(ends[0]) + abs(ends[1])) / (2.0 * d)
+        stiffness = (ends[0] - ends[1]) / (2.0 * d)
         peak, least = middle + extra + gas, -middle - extra + gas
         found = {
             "F0+": middle + gas,

@@ -64,6 +64,7 @@ def channels(held: bool) -> Channels:
         "current": np.ones_like(time) if held else switched,
         "flux": 0.06 * sine,
         "flux_resistance": np.full_like(time, 2.1),
+        "heat_before": np.zeros_like(time),
         "temperature": 20.0 + 40.0 * warmth,
         "time": time,
     }

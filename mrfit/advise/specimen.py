@@ -9,7 +9,7 @@ from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test, least_cycles
 from mrfit.advise.rig import Rig, current_reach, motion_reach
 from mrfit.core.channels import ANTIDERIVATIVES, WORK_AGAINST
-from mrfit.core.recording import FLUX_RESISTANCE
+from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError
@@ -20,7 +20,7 @@ TEMPERATURE, CURRENT = "temperature", "current"
 # Share of the rig's currents from which on those of the data are a range
 TESTED = 0.2
 # Channels that are what the record was made with, not what drives the specimen
-SPECIMEN_CONSTANTS = (FLUX_RESISTANCE,)
+SPECIMEN_CONSTANTS = (FLUX_RESISTANCE, HEAT_BEFORE)
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Specimen:
             channels[own.motion] = channels[own.motion] + self.levels.get(own.motion, 0.0)
         if len(test.current):
             channels[CURRENT] = test.current
-        channels[TIME_CHANNEL] = test.time
+        channels |= {TIME_CHANNEL: test.time, HEAT_BEFORE: np.zeros(samples)}
         if len(test.warmth) and self.temperatures:
             low, high = self.temperatures
             channels[TEMPERATURE] = low + (high - low) * test.warmth

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrfit.core.recording import FLUX_RESISTANCE
+from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE
 from mrfit.core.specs import Array
 
 CONTRACT_SAMPLES = 600
@@ -53,4 +53,5 @@ def for_effects() -> dict[str, Array]:
         "temperature": 25.0 + 30.0 * t / t[-1],
         "time": 3.0 + t,
         FLUX_RESISTANCE: np.full(CONTRACT_SAMPLES, 2.1),
+        HEAT_BEFORE: np.full(CONTRACT_SAMPLES, -0.4),
     }

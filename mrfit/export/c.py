@@ -1,5 +1,6 @@
 """C99: one header, one source, a self-test; no heap, no recursion, ``<math.h>`` only."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -27,6 +28,7 @@ from mrfit.settings.export import Settings
 
 # What the names of a tracker end with
 TRACKER_ENDING = "_tracker"
+MACRO = re.compile(r"@(?=[A-Z])")
 # Samples of the self-test
 _TESTED = 500
 # Share of the output's range by which the exported model may differ from the simulation in Python
@@ -267,10 +269,15 @@ def _selftest(source: ExportSource) -> SelfTest | None:
 
 
 def filled(template: str, context: Mapping[str, Any], head: str = "") -> str:
-    """Return a file of a template: the export's prefix for every ``@``, no more than one empty line in a row."""
+    """Return a file of a template: the export's prefix for every ``@``, no more than one empty line in a row.
+
+    Names of macros, in capitals, have the prefix in capitals.
+    """
     text = environment(TEMPLATES / "c").get_template(template).render(context, head="")
+    prefix = f"{context['p']}_"
+    text = MACRO.sub(prefix.upper(), text).replace("@", prefix)
     found = [head] if head else []
-    for line in map(str.rstrip, text.replace("@", f"{context['p']}_").lstrip("\n").split("\n")):
+    for line in map(str.rstrip, text.lstrip("\n").split("\n")):
         if line or found and found[-1] and not found[-1].endswith("{"):
             found.append(line)
     return "\n".join(found)

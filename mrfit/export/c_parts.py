@@ -19,7 +19,7 @@ from mrfit.export.printer.functions import python_of
 from mrfit.export.printer.reading import ProgramReader
 from mrfit.export.printer.values import group
 from mrfit.export.source import EffectLink, ExportSource, LogStretch
-from mrfit.export.text import field, identifier, in_comment, number
+from mrfit.export.text import MODELICA_WORDS, field, identifier, in_comment, number
 from mrfit.export.tracker import TrackerPlan
 from mrfit.export.tracker_c import TrackerFields, print_estimator, tracker_fields
 from mrfit.kernels.branch import curve_of, prepared
@@ -35,8 +35,8 @@ CELLS_ABOVE, CELLS_BELOW = 64, 320
 OTHER_MIDDLE = "the middle of the stroke is that of the fit's logs, where the simulation takes that of each record"
 # Names that a function file of MATLAB must not hide
 BUILT_IN = frozenset(
-    "abs all any erf exp expm1 fix floor hypot isempty log log1p mod numel ones power sign sqrt struct sum tanh "
-    "zeros".split()
+    "abs all any ceil diag double erf exp expm1 fix floor hypot isempty isfinite isnan log log1p max min mod nthroot "
+    "numel ones power rem repmat reshape round sign size sqrt struct sum tanh zeros".split()
 )
 
 
@@ -193,7 +193,7 @@ def prefix_of(name: str) -> str:
     Functions of the model have no prefix; a fit called ``delay`` must not make another ``delay_step``.
     """
     prefix = identifier(name)
-    taken = prefix in BUILT_IN or any(n.startswith(f"{prefix}_") for n in own_functions())
+    taken = prefix in BUILT_IN | MODELICA_WORDS or any(n.startswith(f"{prefix}_") for n in own_functions())
     return f"{prefix}_fit" if taken else prefix
 
 

@@ -11,16 +11,9 @@ from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
-from mrfit.export.text import ascii_line, field, in_comment, number, wrapped
+from mrfit.export.text import MODELICA_WORDS, ascii_line, field, in_comment, number, wrapped
 from mrfit.export.units import modelica_unit
 from mrfit.settings.export import Settings
-
-KEYWORDS = (
-    "algorithm and annotation block class connect connector constant der discrete each else elseif elsewhen "
-    "encapsulated end enumeration equation expandable extends external false final flow for function if import impure "
-    "in initial inner input loop model not operator or outer output package parameter partial protected public pure "
-    "record redeclare replaceable return stream then time true type when while within"
-).split()
 
 
 @dataclass(frozen=True)
@@ -84,7 +77,7 @@ def files(source: ExportSource, settings: Settings) -> Files:
 
 
 def _block(source: ExportSource, parts: Parts) -> ModelicaBlock:
-    taken = {*KEYWORDS, "period", "state", "held", "seen", "in_range", "Model", "State", "step"}
+    taken = {*MODELICA_WORDS, "period", "state", "held", "seen", "in_range", "Model", "State", "step"}
     taken |= {field(n) for n in (*source.channels, source.spec.output)}
     params = [
         BlockParameter(_unlike(field(p.name), taken), modelica_unit(p.unit), number(value), _string(p.text))

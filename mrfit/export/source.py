@@ -11,7 +11,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
 from mrfit.core.counting import few
-from mrfit.core.recording import FLUX_RESISTANCE
+from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE
 from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Fit
@@ -22,7 +22,7 @@ from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.uneven import simulate_unevenly
 
 # Channels that no user sets: they follow from the others
-SOURCE_INPUTS = (TIME_CHANNEL, FLUX_RESISTANCE)
+SOURCE_INPUTS = (TIME_CHANNEL, FLUX_RESISTANCE, HEAT_BEFORE)
 # Most samples on which an export is compared with the simulation
 SAMPLES_COMPARED = 200_000
 
@@ -177,7 +177,8 @@ class ExportSource:
     def drive(self, stretch: LogStretch) -> Array:
         """Return the inputs of a stretch (C, N) in the order of the SPEC; time counts from its first sample."""
         samples = len(stretch.measured)
-        rows = {TIME_CHANNEL: np.arange(samples) * stretch.dt, FLUX_RESISTANCE: np.zeros(samples), **stretch.inputs}
+        own = dict.fromkeys(SOURCE_INPUTS, np.zeros(samples)) | {TIME_CHANNEL: np.arange(samples) * stretch.dt}
+        rows = {**own, **stretch.inputs}
         return np.stack([np.asarray(rows[n], dtype=np.float64) for n in self.spec.inputs])
 
     def simulate(self, drive: Array, dt: Steps) -> Array:

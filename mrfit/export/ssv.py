@@ -50,7 +50,7 @@ def files(source: ExportSource, settings: Settings) -> Files:
     contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
     for k, theta in enumerate(sets, 1):
         name = f"{prefix}_{k:0{digits}d}"
-        contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {settings.draws}", *told], name)
+        contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {settings.draws}.", *told[1:]], name)
     said = f"{settings.draws} draws of {moved} parameters, seed {settings.seed}; {len(source.theta) - moved} held"
     return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0, f"ssv/{prefix}_[0-9]*.ssv")
 

@@ -16,6 +16,13 @@ RESERVED_WORDS = frozenset(
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while K".split()
 )
 
+MODELICA_WORDS = frozenset(
+    "algorithm and annotation block class connect connector constant der discrete each else elseif elsewhen "
+    "encapsulated end enumeration equation expandable extends external false final flow for function if import impure "
+    "in initial inner input loop model not operator or outer output package parameter partial protected public pure "
+    "record redeclare replaceable return stream then time true type when while within".split()
+)
+
 
 def ascii_line(text: str) -> str:
     """Return text on one line of printable ASCII, everything else escaped as ``visible`` does."""

@@ -21,6 +21,7 @@ from mrfit.signal.metrics import ErrorSums, absorbed_energy, error_sums, togethe
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.runs import runs
 from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_dependence import base_name, parameter_of
 
 NO_LIMITS: Mapping[str, float] = MappingProxyType({})
 AT_BOUND = 1e-4
@@ -272,6 +273,13 @@ def _tied(row: ResidualTest) -> str:
     )
 
 
+def readable(derived: Sequence[Quantity], parameters: Sequence[Quantity]) -> list[str]:
+    """Return the derived quantities that the data determine, but coefficients of parameters that they determine too."""
+    open_ones = {base_name(p.name) for p in parameters if not p.identifiable}
+    told = [d.name for d in derived if d.determined is State.WELL]
+    return [name for name in told if not (of := parameter_of(name)) or of in open_ones]
+
+
 def warnings_of(result: Result, metrics: Sequence[MetricRow], passive: PassiveRange | None = None) -> list[Caution]:
     """Return every reason to distrust a result, each with a name and one sentence; ``passive`` is the SPEC's."""
     found = []
@@ -284,7 +292,7 @@ def warnings_of(result: Result, metrics: Sequence[MetricRow], passive: PassiveRa
         warn("at-bound", f"{', '.join(bound)} ended at a bound: widen --bounds or fix the parameter")
     unknown = [p.name for p in result.parameters if not p.identifiable]
     if unknown:
-        determined = [d.name for d in result.derived if d.determined is State.WELL]
+        determined = readable(result.derived, result.parameters)
         instead = f"; read {', '.join(determined)} instead" if determined else ""
         warn("not-identifiable", f"the data do not determine {', '.join(unknown)} one by one{instead}")
     if result.nonfinite:

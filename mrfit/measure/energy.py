@@ -2,12 +2,14 @@
 
     E           ∮F dd
     closure     |F| at the begin of a cycle times the gap of displacement to its end, over E
-    K_eff       (|F(d+)| + |F(d-)|)/(d+ - d-)
+    K_eff       (F(d+) - F(d-))/(d+ - d-)
     xi_eff      (2/π)*E/(K_eff*(d+ - d-)²)
     C_eq        E/(π*ω*d²), of a sine of amplitude d
     efficiency  E/(4*Fmax*d), Fmax the mean of both directions
 
-d+ and d- are the greatest and the least displacement, d half of the travel between them.
+d+ and d- are the greatest and the least displacement, d half of the travel between them. Standards print K_eff with the
+magnitudes (|F(d+)| + |F(d-)|), which is the same where each force pulls back. A constant force, as of gas or of a load
+cell's zero, is in the sum of magnitudes where one of them does not, and in no difference.
 
 Source: effective stiffness and damping of isolators and dampers by whole cycles; Jacobsen, Trans. ASME 52 (1930) 169.
 """
@@ -27,10 +29,9 @@ def quantities(cycles: Cycles, forces: Forces, sine: bool) -> list[Quantity]:
     energy = cycles.estimate(lambda w: w, work)
     found = [Quantity("E", energy), _closure(cycles, forces, energy.value)]
     high, low = forces.at_ends[True], forces.at_ends[False]
-    signs = tuple(_sign(cycles, one, usual) for one, usual in ((high, 1.0), (low, -1.0)))
 
     def stiffness(above: Array, below: Array, moved: Array) -> Array:
-        return (signs[0] * above + signs[1] * below) / moved
+        return (above - below) / moved
 
     effective = cycles.estimate(stiffness, high, low, travel)
     few = cycles.per_cycle < FEWEST_AT_REVERSAL
@@ -74,12 +75,3 @@ def _closure(cycles: Cycles, forces: Forces, energy: float) -> Quantity:
         return Quantity("closure", None, "fewer than three cycles")
     gaps = np.abs(np.diff(cycles.middles)) * abs(float(forces.at_ends[False].values.mean()))
     return Quantity("closure", of_values(gaps / abs(energy)))
-
-
-def _sign(cycles: Cycles, force: PerCycle, usual: float) -> float:
-    """Return the sign of a force at an end of the stroke; the usual one where it is not distinct from zero.
-
-    The magnitude of noise about zero would be above zero.
-    """
-    found = cycles.estimate(lambda x: x, force)
-    return float(np.sign(found.value)) if abs(found.value) > found.error else usual

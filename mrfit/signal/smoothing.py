@@ -14,7 +14,7 @@ import numpy as np
 
 from mrfit.core.channels import ANTIDERIVATIVES, DRIVING_MOTIONS, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
-from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
+from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE, Recording, Segment
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, Mask
 from mrfit.errors import DataError
@@ -241,7 +241,15 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
             return level, 0
     if name == FLUX_RESISTANCE:
         return float(recording.condition.get(name, 0.0)), 0
+    if name == HEAT_BEFORE and "current" in recording.channels:
+        return _heat_before(recording, segment), 0
     raise DataError(f"{recording.source}: no {name} in this log; {_remedy(name)}")
+
+
+def _heat_before(recording: Recording, segment: Segment) -> float:
+    current, begin = recording.channels["current"], max(segment.start - segment.warm_up, 0)
+    before, driven = (np.asarray(part) for part in (current[:begin], current[begin : segment.stop]))
+    return float(np.vdot(before, before) - np.vdot(driven, driven) * begin / len(driven)) * recording.dt
 
 
 def _remedy(name: str) -> str:

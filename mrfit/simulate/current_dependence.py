@@ -38,6 +38,8 @@ FORMS = (PLAIN, LOG, SAT)
 # Current of the knee of a law that saturates, as a share of the greatest current tested
 KNEE = 0.5
 
+COEFFICIENT = re.compile(r"([^(.]+)(?:\(.*\))?\.i\d+")
+"""Name of a derived quantity that is a coefficient: of which parameter, on which piece, of which power."""
 Order = int | str
 """Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump.
 
@@ -318,6 +320,12 @@ def _coefficient(
     # of a slope the unit of the quantity is no matter
     role = "logarithm" if is_log and not power else ""
     return DerivedQuantity(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text, role)
+
+
+def parameter_of(derived: str) -> str:
+    """Return the parameter of which a derived quantity is a coefficient, an empty text for any other quantity."""
+    found = COEFFICIENT.fullmatch(derived)
+    return found[1] if found else ""
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:

@@ -61,6 +61,7 @@ def channels(seconds: float, dt: float) -> dict[str, Array]:
         "temperature": 25.0 + 30.0 * t / t[-1],
         "time": t,
         "flux_resistance": np.zeros(len(t)),
+        "heat_before": np.zeros(len(t)),
     }
 
 

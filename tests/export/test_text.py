@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mrfit.export.c_parts import prefix_of
 from mrfit.export.text import (
     LINE_WIDTH,
     LONGEST_SYMBOL,
@@ -147,3 +148,8 @@ def test_children_are_indented_and_an_empty_element_is_closed_at_once() -> None:
     root = XmlElement("a", children=[XmlElement("b", {"k": "1"}), XmlElement("c", text="x")])
     text = xml(root, []).decode()
     assert text.endswith('<a>\n  <b k="1"/>\n  <c>x</c>\n</a>\n')
+
+
+@pytest.mark.parametrize("word", ["model", "within", "rem", "tanh", "delay"])
+def test_a_name_that_a_language_or_a_function_has_is_no_prefix(word: str) -> None:
+    assert prefix_of(word) == f"{word}_fit" and prefix_of(f"front_{word}") == f"front_{word}"

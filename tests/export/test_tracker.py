@@ -1,5 +1,6 @@
 """The tracker in C: equal to that in Python, under a strict compiler and its sanitizers, in double and in float."""
 
+import re
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -193,8 +194,20 @@ def test_an_fmu_gives_what_the_c_does(fmi: int, tmp_path: Path) -> None:
     assert np.all(found[6] ** 2 < found[4] * found[5]) and found[0].any()
 
 
+def test_no_function_of_matlab_is_defined_twice() -> None:
+    for effect in ("current-lag", "delay", "force-filter", "residual-magnetism", "slip-lock", "temperature"):
+        source = replace(noisy(f"tanh+{effect}", ""), prefix="own")
+        plan = plan_of(source, ("fy",))
+        text = matlab.function_file(source, parts_of(source, plan=plan), [""], plan)
+        names = re.findall(r"^function (?:[^=(\n]*= )?(\w+)", text, re.MULTILINE)
+        assert len(names) > 8 and len(set(names)) == len(names), effect
+
+
 @pytest.mark.skipif(not OCTAVE, reason="no Octave")
-@pytest.mark.parametrize(("model", "names", "orders"), [("tanh", ("fy", "c"), ""), ("boucwen", ("alpha",), "alpha=1")])
+@pytest.mark.parametrize(
+    ("model", "names", "orders"),
+    [("tanh+current-lag", ("fy", "c"), ""), ("boucwen", ("alpha",), "alpha=1")],
+)
 def test_matlab_gives_what_the_c_does(model: str, names: tuple[str, ...], orders: str, tmp_path: Path) -> None:
     source = noisy(model, orders)
     drive, measured = drive_of(source, names, 0.3)

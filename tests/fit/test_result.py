@@ -66,6 +66,15 @@ def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
     assert kinds(change) == [kind]
 
 
+def test_what_is_read_instead_tells_of_what_is_not_determined() -> None:
+    names = ("c.i0", "c(0..1A).i1", "alpha.i1", "yield_force")
+    derived = [replace(PARAMETER, name=name, low=1.49, high=1.51) for name in names]
+    unknown = replace(PARAMETER, name="alpha@0A", identifiable=False)
+    parameters = [unknown, replace(PARAMETER, name="c@0A")]
+    (warning,) = warnings_of(replace(SOUND, parameters=parameters, derived=derived), METRICS)
+    assert warning.text == "the data do not determine alpha@0A one by one; read alpha.i1, yield_force instead"
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -147,6 +147,16 @@ def test_a_viscous_damper_has_no_stiffness_and_no_yield() -> None:
     assert found["K_eff"].estimate is not None and found["K_eff"].estimate.low <= 0.0 <= found["K_eff"].estimate.high
 
 
+@pytest.mark.parametrize("constant", [0.0, 150.0, 400.0, -400.0])
+def test_a_constant_force_leaves_the_effective_stiffness(constant: float) -> None:
+    t = np.arange(0.0, 8.0, 5e-4)
+    moved, speed = 0.015 * np.sin(2 * np.pi * t), 0.03 * np.pi * np.cos(2 * np.pi * t)
+    force = 9000.0 * moved + 1500.0 * speed + constant
+    found = known(quantities(cycles(recording("gas", 5e-4, displacement=moved, force=force))))
+    assert found["K_eff"].value == pytest.approx(9000.0, rel=2e-3)
+    assert found["xi_eff"].value == pytest.approx(1500.0 * 2 * np.pi / (2 * 9000.0), rel=2e-3)
+
+
 def test_a_reversal_at_a_sample_where_the_motion_still_moves_leaves_the_work() -> None:
     # as of a noisy motion; a spline through 0 there and the power of the sample had a work of 1e7 J
     time = np.arange(1001) / 100.0

@@ -19,9 +19,16 @@ from mrfit.fit.diagnostics.repeats import repeat_rows
 from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.fit.identify import FitGroup, group_rng, linearise, weights_of
-from mrfit.fit.result import conditioning, covariance_of, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.fit.result import (
+    conditioning,
+    covariance_of,
+    derived_rows,
+    parameter_rows,
+    passivity_rows,
+    readable,
+    with_intervals,
+)
 from mrfit.io.schemas.band import Refits
-from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, DriftRow, FitDiagnostics, ResidualTest
 from mrfit.search.cube import Cube
 from mrfit.search.parts import LazySequence, SegmentPart
@@ -89,7 +96,6 @@ def diagnose(
         drawn = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, drawn), with_intervals(derived, drawn)
         draws = posterior_rows(cube, points, known)
-    readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
     error = float(np.sqrt(np.mean(np.concatenate(linearised.residuals) ** 2)))
     refits, unseen = left_out(group, assembly, cube, point, weight)
@@ -98,7 +104,9 @@ def diagnose(
         parameters=parameters,
         derived=derived,
         conditioning=conditioning(cube, uncertainty),
-        identifiability=list(judge(cube, point, uncertainty, segments, readable, error=error).sentences),
+        identifiability=list(judge(
+            cube, point, uncertainty, segments, readable(derived, parameters), error=error
+        ).sentences),
         passivity=passivity_rows(judged, responses, assembly),
         drift=drift_rows(judged.parts, responses),
         repeats=repeat_rows(judged.parts, [group.floors[k].scale for k in group.chosen], responses),
