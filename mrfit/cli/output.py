@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.cli import export, plot
 from mrfit.cli import summary as in_one_line
-from mrfit.cli.console import VERBOSITY, conclude, numbers, outdated_line, print_table, say, say_each
+from mrfit.cli.console import (
+    VERBOSITY,
+    WrittenNumber,
+    conclude,
+    numbers,
+    outdated_line,
+    print_table,
+    say,
+    say_each,
+)
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import number_of
 from mrfit.core.grouping import grouped
@@ -150,8 +159,7 @@ def fit(summary: Summary, work: Path) -> None:
     title = f"Fit {summary['name']}: {summary['model']} by {summary['optimizer']}, seed {summary['seed']}"
     _errors(title + _state(summary), summary)
     for result in summary["results"][: 3 if len(summary["results"]) <= 3 else 1]:
-        names = ("name", "value", "unit", "low", "high", "determined")
-        rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
+        rows = [_parameter(p) for p in [*result["parameters"], *result["derived"]]]
         columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
         print_table(f"Parameters, {result['condition']}", columns, rows)
         say_each(f"{q['name']}: {q['text']}" for q in result["derived"] if OTHER_COEFFICIENT.match(q["text"]))
@@ -166,6 +174,14 @@ def fit(summary: Summary, work: Path) -> None:
     _notes(summary)
     warnings(summary)
     conclude(in_one_line.fit(summary, work))
+
+
+def _parameter(row: Summary) -> list[object]:
+    """Return the cells of a parameter: as many digits as its interval tells."""
+    from mrfit.report.numbers import with_interval
+
+    value, low, high = (WrittenNumber(t) or None for t in with_interval(row["value"], row.get("low"), row.get("high")))
+    return [row["name"], value, row["unit"], low, high, row["determined"]]
 
 
 def _errors(title: str, summary: Summary) -> None:

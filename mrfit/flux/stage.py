@@ -419,14 +419,18 @@ def _summary(
 
 
 def _in_words(separation: SeparationRow) -> str:
-    eddy, error = separation.eddy or 0.0, separation.eddy_error or 0.0
-    note = "; eddy currents cannot give energy: the loops differ by more than these parts explain"
-    note = note if eddy < -2.0 * error else ""
+    parts = {
+        "hysteresis": (separation.static, separation.static_error),
+        "eddy currents": (separation.eddy, separation.eddy_error),
+    }
+    below = " and ".join(name for name, (loss, error) in parts.items() if (loss or 0.0) < -2.0 * (error or 0.0))
+    note = f"; {below} cannot give energy: the loops differ by more than these parts explain, as where R warms"
+    note = note if below else ""
     frequencies = ", ".join(f"{f:.3g}" for f in separation.frequencies)
     return (
         f"{separation.amplitude:.3g} A ({frequencies} Hz): loop area = "
         f"{separation.static:.4g} ± {separation.static_error:.2g} J static hysteresis "
         f"+ ({separation.eddy:.3g} ± {separation.eddy_error:.2g}) J/Hz · f eddy currents; "
-        f"R is off by {separation.resistance_error:.3g} ± {separation.resistance_error_error:.2g} Ω "
+        f"R used less the coil's is {separation.resistance_error:.3g} ± {separation.resistance_error_error:.2g} Ω "
         f"(± one standard error){note}"
     )

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from mrfit.core.channels import DRIVING, DRIVING_MOTIONS, LEVEL_CHANNELS
+from mrfit.core.channels import DRIVING, DRIVING_MOTIONS, EXCITATIONS, LEVEL_CHANNELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.drift import SteadyDrift, steady_drift
@@ -167,6 +167,8 @@ def _by_regression(recording: Recording, segment: Segment, values: Array) -> Noi
 def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     """Return what drives a specimen over a segment, None where nothing that moves was recorded.
 
+    Where a force or a base drives a mass, what moves is the output, whose noise no regression on itself tells.
+
     The inputs are smoothed as recorded, without any series: cycles that differ stay different.
     """
     begin = max(segment.start - segment.warm_up, 0)
@@ -174,7 +176,7 @@ def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     kept = slice(segment.start - begin, None)
     channels = {n: recording.channels[n][window] for n in DRIVING if n in recording.channels}
     moving = [n for n, values in channels.items() if float(np.ptp(values)) > 0.0]
-    if not moving or segment.stop - begin < WINDOW_MIN:
+    if not moving or segment.drive in EXCITATIONS.values() or segment.stop - begin < WINDOW_MIN:
         return None
     name = moving[0]
     local = Smoother(channels[name], moves=name in DRIVING_MOTIONS)

@@ -90,6 +90,18 @@ def floor_of(x: Array, values: Array, cycles: int = 0, frequency: float = 0.0):
     return output_floors([segment], {"a": made}, [values[segment.start :]])[0]
 
 
+@pytest.mark.parametrize("excitation", ["excitation_force", "base_acceleration"])
+def test_the_motion_of_a_driven_mass_tells_no_noise_of_itself(excitation: str) -> None:
+    x = random_stroke(1)
+    moved = x + 2e-5 * rng_of(2).standard_normal(len(x))
+    made, segment = record(moved, 500.0 * x)
+    channels = {"displacement": moved, excitation: 500.0 * x}
+    driven = replace(made, channels=channels), replace(segment, drive=excitation)
+    (found,) = output_floors([driven[1]], {"a": driven[0]}, [moved[segment.start :]])
+    assert not found.known
+    assert not residual_floor(found, *driven, (moved - x)[segment.start :]).known
+
+
 @pytest.mark.parametrize("pole", [0.0, 0.5, 0.9, 0.98])
 def test_noise_of_any_colour_is_found_without_cycles(pole: float) -> None:
     x, noise = random_stroke(1), coloured(pole, 2)

@@ -144,13 +144,18 @@ def drift_rows(parts: Sequence[SegmentPart], simulated: Sequence[Array]) -> list
 
 def slope_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:
     """Return a warning on each effect that needs an output which rises, of one that falls at parameters (K,)."""
-    found, spec = [], assembly.spec
-    for effect in registry.elements(assembly.name)[1]:
-        module = registry.load("effect", effect)
-        own = np.array([n.startswith(f"{effect}.") for n in spec.names])
+    found, spec, inside = [], assembly.spec, theta.copy()
+    modules = {name: registry.load("effect", name) for name in registry.elements(assembly.name)[1]}
+    places = {name: np.array([n.startswith(f"{name}.") for n in spec.names]) for name in modules}
+    for effect, module in modules.items():
+        if module.SPEC.slot == "record":
+            # what the instruments add is no output of the model inside
+            inside[places[effect]] = module.SPEC.neutral
+    for effect, module in modules.items():
+        own = places[effect]
         if not (isinstance(module, NeedsRise) and module.RISING) or np.all(theta[own] == module.SPEC.neutral):
             continue
-        without = theta.copy()
+        without = inside.copy()
         without[own] = module.SPEC.neutral
         slopes = np.concatenate([_slopes(p, assembly, without) for p in parts])
         least, falling = (

@@ -10,17 +10,19 @@ from mrfit.fit.diagnostics.diagnose import slope_warnings
 from mrfit.simulate.assembly import assemble
 
 MODEL = assemble("boucwen-flux+eddy-current")
+WITH_ERROR = assemble("boucwen-flux+eddy-current+resistance-error")
 DT = 1e-3
 # current up and down, with small loops on the way
 CURRENT = np.convolve(np.sin(0.02 * np.arange(3000)) + 0.3 * np.sin(0.17 * np.arange(3000)), np.ones(5) / 5, "valid")
 
 
-def said(divisor: float, conductance: float) -> list[str]:
-    names = MODEL.spec.names
+def said(divisor: float, conductance: float, error: float = 0.0) -> list[str]:
+    model = WITH_ERROR if error else MODEL
+    names = model.spec.names
     known = {"A": 1.2, "Lc": 0.02, "kappa": 3.5, "beta": 3.0, "gamma": 6.0, "n": 1.3, "D": divisor}
-    theta = np.array([{**known, "eddy-current.G": conductance}[n] for n in names])
+    theta = np.array([{**known, "eddy-current.G": conductance, "resistance-error.dR": error}[n] for n in names])
     part = SimpleNamespace(block=SimpleNamespace(drive=CURRENT[None]), dt=DT)
-    return [f"{c.kind}: {c.text}" for c in slope_warnings([cast(Any, part)], MODEL, theta)]
+    return [f"{c.kind}: {c.text}" for c in slope_warnings([cast(Any, part)], model, theta)]
 
 
 @pytest.mark.parametrize(("divisor", "found"), [(1 / 20, True), (1 / 5, True), (2.0, False), (20.0, False)])
@@ -36,3 +38,9 @@ def test_its_size_is_that_of_the_law_and_without_eddy_currents_there_is_no_circu
     (text,) = said(1 / 20, 0.1)
     assert f"by up to {-slope.min():.3g} Wb/A, in {100 * np.mean(slope < 0):.2g} % of the samples" in text
     assert said(1 / 20, 0.0) == []
+
+
+def test_what_an_error_of_the_record_adds_falls_and_is_no_flux_of_the_circuit() -> None:
+    theta = np.array([[1.2, 0.02, 3.5, 3.0, 6.0, 1.3, 2.0, 0.1, -2.0]])
+    assert np.any(np.diff(WITH_ERROR.simulate(CURRENT[None], theta, DT)[0]) * np.diff(CURRENT) < 0.0)
+    assert said(2.0, 0.1, -2.0) == [] and said(1 / 20, 0.1, -2.0) != []
