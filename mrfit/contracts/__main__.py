@@ -41,9 +41,12 @@ def contracts(
             continue
         console.say(f"{plugin.kind} {plugin.name} ({plugin.where})")
         results = of_reader(plugin.name, logs or []) if plugin.kind == "reader" else of_item(plugin.kind, plugin.name)
+        told = set[str]()
         for text, fault in results:
-            console.say(f"  BROKEN  {text} {fault}" if fault else f"  holds   {text}")
+            shown = "(as above)" if fault in told else fault
+            console.say(f"  BROKEN  {text} {shown}" if fault else f"  holds   {text}")
             wrong += bool(fault)
+            told.add(fault)
         if plugin.kind == "reader" and not logs:
             console.say("  not checked on a log: name one with --log")
     console.say(f"{wrong} broken" if wrong else "all hold")

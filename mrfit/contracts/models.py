@@ -21,6 +21,7 @@ from mrfit.core.protocols import (
 from mrfit.core.specs import Array, ModelSpec
 
 _ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", "saturation", "coercive", ""}
+RATES = ("velocity", "acceleration", "angular_velocity", "angular_acceleration")
 
 
 def drive_of(spec: ModelSpec) -> Array:
@@ -88,6 +89,17 @@ def response_is_finite_within_the_bounds(model: Model) -> None:
     wrong = np.flatnonzero(~np.isfinite(out).all(axis=1))
     at = dict(zip(model.SPEC.names, theta[wrong[0]].tolist(), strict=True)) if len(wrong) else {}
     need(not len(wrong), f"not finite at {len(wrong)} of 64 points, as at {at}")
+
+
+def response_is_finite_at_rest(model: Model) -> None:
+    """The response is finite where the motion rests, as at the ends of a slow test, and where nothing moves at all."""
+    drive = drive_of(model.SPEC)
+    for row, name in zip(drive, model.SPEC.inputs, strict=True):
+        row[200:300] = 0.0 if name in RATES else row[200]
+    still = np.where(np.isin(model.SPEC.inputs, RATES)[:, None], 0.0, drive[:, :1]) * np.ones_like(drive)
+    for held, where in ((drive, "while it rests"), (still, "where it never moves")):
+        out = model.response(held, theta_of(model.SPEC, 5), DT)
+        need(np.isfinite(out).all(), f"not finite {where}: of a rate of 0, or of an input that does not change")
 
 
 def inputs_are_left_untouched(model: Model) -> None:
@@ -280,6 +292,7 @@ MODEL_CHECKS: tuple[Check[Model], ...] = (
     check_of(units_are_known),
     check_of(response_is_a_finite_batch),
     check_of(response_is_finite_within_the_bounds),
+    check_of(response_is_finite_at_rest),
     check_of(inputs_are_left_untouched),
     check_of(response_is_deterministic),
     check_of(batch_equals_single_vectors),

@@ -217,9 +217,22 @@ def search_optimum(
         theta = cube.to_theta(point[None, :])[0]
         shown = ", ".join(f"{p.name}={v:.4g}" for p, v in zip(cube.params, theta, strict=True))
         raise DataError(
-            f"{group.name}: every simulation of '{assembly.name}' diverged, as with {shown}; narrow --bounds"
+            f"{group.name}: every simulation of '{assembly.name}' diverged, as with {shown}"
+            f"{_first_wrong(group.search, assembly, theta)}; narrow --bounds, or mend the model"
         )
     return found
+
+
+def _first_wrong(blocks: Sequence[SegmentBlock], assembly: Assembly, theta: Array) -> str:
+    """Return where a simulation has no number first, with its inputs there; empty where it has one throughout."""
+    for block in blocks:
+        with np.errstate(all="ignore"):
+            output = assembly.simulate(block.drive, theta[None, :], block.dt)[0]
+        if len(wrong := np.flatnonzero(~np.isfinite(output))):
+            inputs = zip(assembly.spec.inputs, block.drive[:, wrong[0]], strict=True)
+            at = ", ".join(f"{name} {value:.3g}" for name, value in inputs)
+            return f" ({len(wrong)} of {len(output)} samples are no numbers, the first at {at})"
+    return ""
 
 
 def found_point(

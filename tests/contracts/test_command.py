@@ -92,6 +92,9 @@ MODELS = {
     "units_are_known": {"SPEC": replace(SPEC, params=(replace(SPEC.params[0], unit="N*blink"), SPEC.params[1]))},
     "response_is_a_finite_batch": {"response": lambda drive, theta, dt: line(drive, theta, dt).astype(np.float32)},
     "response_is_finite_within_the_bounds": {"response": _far},
+    "response_is_finite_at_rest": {
+        "response": lambda drive, theta, dt: np.where(drive[0] == 0.0, np.nan, line(drive, theta, dt))
+    },
     "inputs_are_left_untouched": {"response": _writes},
     "response_is_deterministic": {"response": _noisy},
     "batch_equals_single_vectors": {"response": _by_batch},
@@ -271,6 +274,14 @@ def test_the_command_says_what_does_not_hold_and_ends_with_1(tmp_path: Path) -> 
     assert done.returncode == 1 and done.stdout.endswith("1 broken\n")
     text = "The response depends on the past of its inputs, not on their future."
     assert f"  BROKEN  {text} samples before a change of the inputs change with it\n" in done.stdout
+
+
+def test_the_command_says_the_same_fault_once(tmp_path: Path) -> None:
+    path = tmp_path / "own.py"
+    path.write_text(EXAMPLES[0].read_text().replace("return c * v", "raise ValueError('no such law')\n    return c * v"))
+    done = run_python(tmp_path, "mrfit.contracts", path)
+    assert done.returncode == 1 and done.stdout.count("no such law") == 1
+    assert done.stdout.count("BROKEN") == done.stdout.count("(as above)") + 1 > 5
 
 
 def test_the_command_on_a_file_that_fails_ends_with_2(tmp_path: Path) -> None:
