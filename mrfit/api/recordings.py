@@ -95,7 +95,8 @@ class Recording(core.Recording):
         ConfigError
             If a unit is given for no channel.
         DataError
-            If the arrays do not make a log: of different lengths, no numbers, an unknown unit, or with gaps.
+            If the arrays do not make a log: of different lengths, no numbers, or with long gaps. An unknown unit is a
+            finding.
         """
         columns = {n: (_values(name, n, v), unit) for n, v, unit in _with_units(channels, units, name)}
         return cls._of_columns(columns, _Test(name, dt, condition or {}, "arrays"))
@@ -137,7 +138,7 @@ class Recording(core.Recording):
         ConfigError
             If there is neither a sample interval nor a column of times, or a unit or ``time`` names no column.
         DataError
-            If the frame does not make a log: no numbers, an unknown unit, or with gaps.
+            If the frame does not make a log: no numbers, or with long gaps. An unknown unit is a finding.
 
         Examples
         --------

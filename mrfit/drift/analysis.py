@@ -5,6 +5,7 @@ covariance of K parameters over n units has K(K + 1)/2 unknowns, too many for th
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -140,7 +141,7 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
         draws=settings.draws,
         seed=settings.seed,
         units=len({v.specimen for v in values}),
-        tests=len({(v.log, v.condition, *sorted(v.covariates.items())) for v in values}),
+        tests=max(Counter(v.parameter for v in values).values()),
         parameters=rows,
         causes=list(_causes(rows, trends)),
         notes=list(dict.fromkeys([*doubts, *_mixed(values, settings.over), *(n for t in trends for n in t.notes)])),

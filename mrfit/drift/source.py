@@ -205,6 +205,9 @@ def values_of_table(table: "DataFrame", source: str = "table") -> list[FitValue]
 def _variance(row: Mapping[Any, Any], place: int) -> float | None:
     """Return the known variance of a row of a table on its scale, None where the data leave the value open."""
     covariance = row.get("covariance")
+    if isinstance(covariance, str):
+        # as pandas writes an array in a CSV file
+        covariance = np.array(covariance.strip("[] ").replace(",", " ").split(), dtype=float)
     if isinstance(covariance, np.ndarray) and len(covariance) > place:
         return float(covariance[place]) if math.isfinite(covariance[place]) else None
     low, high = row.get("low", math.nan), row.get("high", math.nan)

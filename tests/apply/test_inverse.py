@@ -10,6 +10,7 @@ from mrfit.apply.inverse import ABOVE, BELOW, BETWEEN, REACHED, Amplifier, Inver
 from mrfit.apply.laws import law_of
 from mrfit.apply.motion import sine
 from mrfit.apply.series import inversion
+from mrfit.apply.stage import notes_of
 from mrfit.apply.stepper import Stepper, simulate
 from mrfit.core import registry
 from mrfit.errors import ConfigError
@@ -117,6 +118,9 @@ def test_the_lag_of_the_field_is_made_up_for(tau: float, dead: float, c: float, 
     assert found.current.max() <= 1.2 + 1e-12
     # the command by the lag's own equation, d(field)/dt = (command - field)/tau, without its dead time
     late = round(dead / motion.dt)
+    said = " ".join(notes_of(found))
+    assert (f"sent {1e3 * late * motion.dt:.3g} ms early" in said) == (late > 0)
+    assert ("No command is sent early" in said) == (0.0 < dead and late == 0)
     kept, field = np.exp(-motion.dt / tau), found.field[late]
     for n in range(late + 1, motion.samples):
         field = found.current[n - late] + kept * (field - found.current[n - late])

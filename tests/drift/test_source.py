@@ -11,6 +11,7 @@ from pandas import DataFrame
 
 import mrfit
 from mrfit.drift import source
+from mrfit.drift.analysis import compare
 from mrfit.drift.source import completed, read_table, read_values, values_of_table
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.ssv import NAMESPACE
@@ -41,6 +42,21 @@ def test_a_table_and_its_workspaces_give_the_same(batch: Path) -> None:
         assert one.value == pytest.approx(other.value) and one.variance == pytest.approx(other.variance)
         for name in ("date", "frequency", "amplitude"):
             assert one.covariates[name] == pytest.approx(other.covariates[name])
+
+
+def test_the_same_table_as_csv_gives_the_same(batch: Path) -> None:
+    read_table(batch / "fleet/batch.parquet").to_csv(batch / "written.csv", index=False)
+    of_csv, of_table = (
+        read_values([batch / name], Settings()) for name in ("written.csv", "fleet/batch.parquet")
+    )
+    assert [v.parameter for v in of_csv] == [v.parameter for v in of_table]
+    np.testing.assert_allclose([v.variance for v in of_csv], [v.variance for v in of_table], rtol=1e-6)
+
+
+def test_a_test_whose_force_is_simulated_is_one_test(batch: Path) -> None:
+    for at in ("", "2:0.01:0"):
+        settings = Settings(unit="{unit}_2026*", at=at)
+        assert compare(read_values([batch / "fleet"], settings), settings)[0].tests == len(FORCES)
 
 
 def test_the_ends_of_the_force_are_those_of_the_units(batch: Path) -> None:
