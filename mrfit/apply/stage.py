@@ -95,7 +95,7 @@ def notes_of(one: Inversion) -> list[str]:
         early = round(one.dead_time / one.dt) * one.dt
         sent = f"Commands are sent {1e3 * early:.3g} ms early, in whole samples"
         sent = sent if early > 0.0 else "No command is sent early, since that is less than half a sample"
-        notes.append(f"The field answers {1e3 * one.dead_time:.3g} ms late. {sent}; what is left of it is in the errors.")
+        notes.append(f"The field answers {1e3 * one.dead_time:.3g} ms late. {sent}; the rest is in the errors.")
     if one.behind:
         notes.append(
             f"{', '.join(one.behind)}: inverted with the desired force known ahead, and in the errors. On line, where "

@@ -152,7 +152,8 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
     widths = [max(map(len, [*heading, *text])) for heading, text in zip(headings, texts, strict=True)]
     # a number that is broken over two lines reads as two
     numeric = [
-        any(isinstance(r[k], (int, float, WrittenNumber)) and not isinstance(r[k], bool) for r in rows) for k in range(len(columns))
+        any(isinstance(r[k], (int, float, WrittenNumber)) and not isinstance(r[k], bool) for r in rows)
+        for k in range(len(columns))
     ]
     # as a name that is typed or copied, where the rest has room
     whole = [numeric[0] or (crowded and widths[0] <= console.width // 3), *numeric[1:]]

@@ -28,4 +28,4 @@ def on_compilation(listen: Progress) -> Iterator[None]:
 def tell_compilation(done: int) -> None:
     """Tell the listener that the compilation of a kernel begins, 0, or ends, 1."""
     for listen in _compilation:
-        listen("compiling kernels, once after installation", done, 1)
+        listen("compiling kernels, kept for later commands", done, 1)

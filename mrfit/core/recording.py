@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 # In a recording's condition: resistance in ohm by which its flux was reconstructed; absent where the flux was measured
 FLUX_RESISTANCE = "flux_resistance"
-# Integral of i^2 dt in A^2*s from a recording's first sample to where a drive begins, beyond what the drive's own mean of
-# i^2 would have made in that time
+# Integral of i^2 dt in A^2*s from a recording's first sample to where a drive begins, beyond what the drive's own mean
+# of i^2 would have made in that time
 HEAT_BEFORE = "heat_before"
 # What every test condition is named by
 NAMING = ("frequency", "amplitude", "current")

@@ -207,7 +207,9 @@ def _variance(row: Mapping[Any, Any], place: int) -> float | None:
     covariance = row.get("covariance")
     if isinstance(covariance, str):
         # as pandas writes an array in a CSV file
-        covariance = np.array(covariance.strip("[] ").replace(",", " ").split(), dtype=float)
+        covariance = covariance.strip("[] ").replace(",", " ").split()
+    if isinstance(covariance, (list, tuple)):
+        covariance = np.array(covariance, dtype=float)
     if isinstance(covariance, np.ndarray) and len(covariance) > place:
         return float(covariance[place]) if math.isfinite(covariance[place]) else None
     low, high = row.get("low", math.nan), row.get("high", math.nan)

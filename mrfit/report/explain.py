@@ -72,6 +72,8 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
         said.append(_partial(found))
     if not found.held:
         said += beside
+    if found.settings.get("formulas") and found.verdict != "unexplained":
+        said.append(f"No formula was looked for: the verdict is {found.verdict}, not unexplained.")
     return said + drift + unjudged(found) + left_out(found)
 
 

@@ -9,7 +9,7 @@ from mrfit.core.counting import number_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
-from mrfit.io.schemas.sheet import ChangeRow, SheetCondition, SheetFile, StandsOut, UnitRow
+from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, SheetFile, StandsOut, UnitRow
 from mrfit.io.workspace import plain
 from mrfit.measure.quantity import SHEET_QUANTITIES
 from mrfit.settings.sheet import Settings
@@ -146,7 +146,7 @@ def _changes(rows: Sequence[SheetCondition], others: Sequence[SheetCondition]) -
                 continue
             widths = [(q.high - q.low) / 2.0 for q in (one, beside) if q.low is not None and q.high is not None]
             half = float(np.hypot(widths[0], widths[1])) if len(widths) == 2 else None
-            apart, over = one.value - beside.value, abs(beside.value)
+            apart, over = one.value - beside.value, _size(beside)
             found.append(
                 ChangeRow(
                     unit=row.unit,
@@ -163,3 +163,9 @@ def _changes(rows: Sequence[SheetCondition], others: Sequence[SheetCondition]) -
     names = {row.condition for row in rows}
     alone = [c for c in dict.fromkeys([*names, *partners]) if (c in names) != (c in partners)]
     return found, sorted(alone)
+
+
+def _size(row: QuantityRow) -> float:
+    """Return a quantity's magnitude, of which a change is a share; 0 where it is not distinct from zero."""
+    known = row.value is not None and not (row.low is not None and row.high is not None and row.low <= 0.0 <= row.high)
+    return abs(row.value or 0.0) if known else 0.0

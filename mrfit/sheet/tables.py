@@ -7,7 +7,8 @@ from mrfit.core.counting import number_of
 from mrfit.io.schemas.sheet import FAIL, PASS, UNDECIDED, AcrossRow, SheetCondition, SheetFile, UnitRow, VerdictRow
 from mrfit.report.numbers import unit_html
 from mrfit.report.sections import Table
-from mrfit.sheet.words import change_text, limits_text, number_text, numbers_of
+from mrfit.sheet.limits import verdict_of
+from mrfit.sheet.words import change_text, limits_text, number_text, numbers_of, shown
 
 MAIN_QUANTITIES = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "E", "K_eff", "xi_eff", "C_eq")
 VERDICT_LEVELS = {"unit": "all cycles", "cycle": "each cycle", "batch": "all units"}
@@ -76,7 +77,10 @@ def summary_of(file: SheetFile) -> str:
     verdicts = [unit.verdict for unit in file.units]
     counts = ", ".join(f"{verdicts.count(word)} {word}" for word in (PASS, FAIL, UNDECIDED))
     judged = judged_of(file.units)
-    return f"{text}, limits '{file.limits}': {judged}: {counts if len(verdicts) > 1 else verdicts[0]}"
+    if len(verdicts) == 1:
+        return f"{text}, limits '{file.limits}': {judged}: {verdicts[0]}"
+    mean = f"; mean of all units: {verdict_of(file.batch)}" if file.batch else ""
+    return f"{text}, limits '{file.limits}': {judged}; units by their worst verdict: {counts}{mean}"
 
 
 def judged_of(units: Sequence[UnitRow]) -> str:
@@ -101,7 +105,7 @@ def unit_table(file: SheetFile) -> Table:
 def change_table(file: SheetFile, most: int = CHANGES_SHOWN) -> Table:
     """Return the changes from other logs, those beyond the intervals first."""
     rows = [
-        [c.condition, c.quantity, c.value, c.against, change_text(c)]
+        [c.condition, c.quantity, *(shown(c.quantity, v) for v in (c.value, c.against)), change_text(c)]
         + ["changed" if c.changed else "within the intervals"]
         for c in sorted(file.changes, key=lambda c: not c.changed)[:most]
     ]

@@ -27,11 +27,15 @@ def scaled(name: str, unit: str, row: QuantityRow | VerdictRow) -> tuple[float, 
     return prefixed(largest, unit) if unit in PREFIXED else (1.0, unit_html(unit))
 
 
+def shown(quantity: str, value: float) -> float:
+    """Return an estimate as it is shown: no size below zero."""
+    return max(value, LEAST_SHOWN.get(quantity, -math.inf))
+
+
 def interval_text(factor: float, value: float, low: float | None, high: float | None, of: str = "") -> tuple[str, str]:
     """Return a value and its interval times a factor, ``of`` what: sizes are not below zero."""
-    least = LEAST_SHOWN.get(of, -math.inf)
-    ends = (None if v is None else factor * max(v, least) for v in (low, high))
-    middle, first, last = with_interval(factor * max(value, least), *ends)
+    ends = (None if v is None else factor * shown(of, v) for v in (low, high))
+    middle, first, last = with_interval(factor * shown(of, value), *ends)
     return in_html(middle), f"{in_html(first)} to {in_html(last)}" if first and last else "–"
 
 

@@ -278,7 +278,9 @@ def test_the_command_says_what_does_not_hold_and_ends_with_1(tmp_path: Path) -> 
 
 def test_the_command_says_the_same_fault_once(tmp_path: Path) -> None:
     path = tmp_path / "own.py"
-    path.write_text(EXAMPLES[0].read_text().replace("return evaluate(", "raise ValueError('no such law')\n    return evaluate("))
+    path.write_text(
+        EXAMPLES[0].read_text().replace("return evaluate(", "raise ValueError('no such law')\n    return evaluate(")
+    )
     done = run_python(tmp_path, "mrfit.contracts", path)
     assert done.returncode == 1 and done.stdout.count("no such law") == 1
     assert done.stdout.count("BROKEN") == done.stdout.count("(as above)") + 1 > 5

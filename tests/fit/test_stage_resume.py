@@ -176,5 +176,7 @@ def test_all_simulations_diverging_is_an_error_that_shows_one(
 
     monkeypatch.setattr(boucwen_flux, "response", diverging)
     monkeypatch.setattr(boucwen_flux, "REDUCED", replace(boucwen_flux.REDUCED, response=diverging, rough=None))
-    with pytest.raises(DataError, match=r"diverged, as with A=.*the first at current .*; narrow --bounds, or mend the model"):
+    with pytest.raises(
+        DataError, match=r"diverged, as with A=.*the first at current .*; narrow --bounds, or mend the model"
+    ):
         mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", per="all"))

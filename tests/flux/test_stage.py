@@ -269,9 +269,7 @@ def test_three_frequencies_give_the_separation_in_words(tmp_path: Path) -> None:
         (-0.03, -0.002, "; hysteresis and eddy currents cannot give energy"),
     ],
 )
-def test_a_loss_that_nothing_can_have_is_said(
-    loss: float, eddy: float, said: str, tmp_path: Path
-) -> None:
+def test_a_loss_that_nothing_can_have_is_said(loss: float, eddy: float, said: str, tmp_path: Path) -> None:
     logs = [log(f, loss=loss, eddy=eddy) for f in (1.0, 5.0, 10.0)]
     (text,) = run(workspace(tmp_path, logs), Settings()).separation_text
     assert said in text and ("cannot give energy" in text) == bool(said)

@@ -198,7 +198,7 @@ console.run(app)
 
 
 def test_a_command_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:
-    said = ["of a plug-in", "compiling kernels, once after installation"]
+    said = ["of a plug-in", "compiling kernels, kept for later commands"]
     assert run_with_cache(tmp_path, COMMAND).stderr.splitlines() == said
     # now they are there; a plug-in's are compiled by every command
     assert run_with_cache(tmp_path, COMMAND).stderr.splitlines() == said[:1]

@@ -375,6 +375,13 @@ def test_an_effect_stands_for_the_set_it_cannot_be_told_from():
     assert next_step(typed(AMBIGUOUS)) == ""
 
 
+@pytest.mark.parametrize(("found", "is_said"), [(NONE, True), (FOUND, True), (UNEXPLAINED, False)])
+def test_a_formula_that_was_asked_for_and_not_looked_for_is_said(found: dict[str, object], is_said: bool) -> None:
+    for asked in (False, True):
+        said = " ".join(sentences(typed(found | {"settings": {"formulas": asked}})))
+        assert ("No formula was looked for" in said) == (asked and is_said)
+
+
 def test_the_command_that_goes_on_keeps_the_dependence_on_current():
     dependence = {"orders": [["fy", 2], ["c", 1]], "low": 0.0, "high": 2.0}
     found = FOUND | {"augmented_model": "tanh+current-lag", "current_dependence": dependence}

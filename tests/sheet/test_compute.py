@@ -86,6 +86,16 @@ def test_a_change_beyond_both_intervals_is_one_and_less_is_none() -> None:
     assert not other.changed
 
 
+def test_a_change_is_no_share_of_what_is_zero_within_noise_and_no_size_is_shown_below_it() -> None:
+    before, after = condition("a", quantity("ripple", 0.001, 0.004)), condition("a", quantity("ripple", -0.003, 0.004))
+    ((change,), _) = _changes([after], [before])
+    assert change.change is None and not change.changed
+    rows = change_table(sheet(unit("a", after), changes=[change])).rows
+    assert rows[0][2:5] == [0.0, 0.001, "–"]
+    ((clear,), _) = _changes([before], [condition("a", quantity("ripple", 0.02, 0.004))])
+    assert clear.change == pytest.approx(-0.95)
+
+
 def test_what_has_no_interval_or_no_partner_cannot_change() -> None:
     (one,) = changed(110.0, 100.0, half=None)
     assert not one.changed and one.low is None and one.change == pytest.approx(0.1)
@@ -113,7 +123,8 @@ def test_the_summary_counts_units_or_gives_the_verdict_of_one() -> None:
     assert summary_of(sheet(one)) == "1 condition of 1 unit, without limits"
     judged = [UnitRow(**{**vars(u), "verdict": v}) for u, v in ((one, PASS), (other, FAIL))]
     assert summary_of(sheet(*judged, limits="EN")) == (
-        "3 conditions of 2 units, limits 'EN': 0 verdicts on 0 of 3 conditions: 1 pass, 1 fail, 0 cannot be judged"
+        "3 conditions of 2 units, limits 'EN': 0 verdicts on 0 of 3 conditions; units by their worst verdict: 1 pass, "
+        "1 fail, 0 cannot be judged"
     )
     assert summary_of(sheet(judged[1], limits="EN")).endswith("limits 'EN': 0 verdicts on 0 of 2 conditions: fail")
 

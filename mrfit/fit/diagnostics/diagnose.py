@@ -104,9 +104,9 @@ def diagnose(
         parameters=parameters,
         derived=derived,
         conditioning=conditioning(cube, uncertainty),
-        identifiability=list(judge(
-            cube, point, uncertainty, segments, readable(derived, parameters), error=error
-        ).sentences),
+        identifiability=list(
+            judge(cube, point, uncertainty, segments, readable(derived, parameters), error=error).sentences
+        ),
         passivity=passivity_rows(judged, responses, assembly),
         drift=drift_rows(judged.parts, responses),
         repeats=repeat_rows(judged.parts, [group.floors[k].scale for k in group.chosen], responses),
