@@ -34,6 +34,8 @@ from mrfit.simulate.program import DEFAULTS, DamperProgram
 from mrfit.simulate.uneven import Stepped
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+
     from mrfit.api.fitting import FitResult
 
 _CAUSALITIES = (("current", "flux"), ("flux", "current"))
@@ -152,7 +154,7 @@ def coil_of(fit: "FitResult | Coil") -> Coil:
     return coil(fit.model, dict(parameters_for_all(fit)), fit.name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FluxCurrent:
     """The current of a flux linkage.
 
@@ -173,6 +175,15 @@ class FluxCurrent:
     known: int
     offset: float
     history: Array
+
+    def to_frame(self) -> "DataFrame":
+        """Return terminal and magnetising current as a data frame."""
+        from pandas import DataFrame
+
+        return DataFrame({"current": self.current, "magnetising": self.magnetising})
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
 
 @check_arguments
@@ -302,7 +313,7 @@ class _KnownPart:
         return float(np.std(off))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FluxCommand:
     """A wanted flux linkage, the voltage for it, and what comes of it.
 
@@ -343,6 +354,16 @@ class FluxCommand:
     def rms_error(self) -> float:
         """Rms of the same."""
         return float(np.sqrt(np.mean((self.flux - self.wanted) ** 2)) / np.ptp(self.wanted))
+
+    def to_frame(self) -> "DataFrame":
+        """Return the courses as a data frame over time in s."""
+        from pandas import DataFrame, Index
+
+        names = ("wanted", "voltage", "flux", "current", "predicted", "commanded_current", "at_limit")
+        return DataFrame({n: getattr(self, n) for n in names}, index=Index(self.time, name="time"))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
 
 @check_arguments

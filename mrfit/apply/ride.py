@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _AGREE = 0.02
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class QuarterCar:
     """A study: what was asked, and every ride in numbers.
 
@@ -116,6 +116,9 @@ class QuarterCar:
             checks=[schemas.CheckRow(control=name, **asdict(check)) for name, check in self.checks],
             findings=self.findings,
         )
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
     def to_frame(self) -> "DataFrame":
         """Return the rows, what was found of chatter beside them."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _BLOCK = 1000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Inversion:
     """Currents for a series of desired forces; arrays (N,), SI.
 
@@ -110,6 +110,9 @@ class Inversion:
             dead_time=self.dead_time,
             behind=self.behind,
         )
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
     def to_frame(self) -> "DataFrame":
         """Return every sample."""

@@ -150,7 +150,7 @@ class TrackingCase:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TrackingStudy:
     """Every law by every scheme on every motion, and the settings."""
 
@@ -194,6 +194,9 @@ class TrackingStudy:
             for c in self.cases
             if c.lag and (key := (c.motion, c.law, c.scheme)) in without
         ]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
     def to_frame(self) -> "DataFrame":
         """Return the errors."""

@@ -64,6 +64,8 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
         If there is no log, or none can be fitted.
     """
     fit_stage.check(stages.fit)
+    if settings.table and settings.table.suffix.lower() != ".parquet":
+        raise ConfigError(f"--table {settings.table}: it is written as Parquet; give a name that ends in .parquet")
     if is_apart() and plugins.of_files():
         raise ConfigError("--on: workers know nothing of a plug-in's file; say --shared where they see the same paths")
     flux = flux_stage.Settings(resistance=settings.resistance)

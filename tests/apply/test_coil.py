@@ -117,6 +117,7 @@ def test_a_coil_that_is_its_model_gives_the_flux_wanted(model: str, values: dict
     flux, dt = wanted(5.0, 0.03)
     made = mrfit.apply.coil(model, values)
     found = mrfit.apply.flux_command(made, flux, dt, CoilDrive(2.1))
+    assert repr(found).count("\n") < 20 and np.array_equal(found.to_frame()["voltage"], found.voltage)
     assert found.error < 1e-10 and found.limited == 0.0
     # u = R*i + d(flux)/dt over each step, of the terminal current
     plain = "eddy" not in model

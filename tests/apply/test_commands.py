@@ -296,5 +296,8 @@ def test_the_same_from_python(work: Path) -> None:
         check=False,
     )
     assert ride.to_frame()["acceleration"][0] > 0.0
+    for shown in map(repr, (found, ride)):
+        # of hundreds of samples pandas shows ten
+        assert shown.count("\n") < 20 and "array(" not in shown
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         mrfit.apply.nothing  # noqa: B018

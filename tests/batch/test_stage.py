@@ -16,7 +16,7 @@ from mrfit.batch.journal import JOURNAL_NAME, read_journal
 from mrfit.batch.log import Job, LogResult, StageSettings
 from mrfit.batch.parcel import put
 from mrfit.core.progress import Progress
-from mrfit.errors import DataError
+from mrfit.errors import ConfigError, DataError
 from mrfit.fit import stage as stage_of_fit
 from mrfit.ingest import stage as stage_of_ingest
 from mrfit.io.schemas.batch import BatchFile, LogRow
@@ -186,6 +186,8 @@ def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
         run(logs, like="*.tdms")
     with pytest.raises(DataError, match="none of 1 log can be fitted; .*note.csv"):
         run(logs, like="NOTE.*")
+    with pytest.raises(ConfigError, match=r"--table all.csv: it is written as Parquet; give a name that ends in"):
+        run(logs, table=Path("all.csv"))
     # the reason of most logs, not of the first
     with pytest.raises(DataError, match="none of 4 logs can be fitted; .*[abc 1]+.csv: no flux in this log"):
         run(logs, fitting=fit.Settings(model="boucwen-flux", optimizer="lsq"))
