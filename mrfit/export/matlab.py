@@ -125,18 +125,10 @@ def _difference(source: ExportSource, parts: Parts, text: str) -> Difference:
         return Difference(why_not="the fit's logs are not at hand")
     if octave is None:
         return Difference(why_not="no Octave here to run it")
-    short = tuple(
-        replace(
-            s,
-            inputs={n: v[:EXAMPLE_SAMPLES] for n, v in s.inputs.items()},
-            measured=s.measured[:EXAMPLE_SAMPLES],
-            simulated=s.simulated[:EXAMPLE_SAMPLES],
-        )
-        for s in source.stretches[:_SEGMENTS]
-    )
     return compared(
-        replace(source, stretches=short),
+        replace(source, stretches=source.stretches[:_SEGMENTS]),
         lambda drive, dt: run_octave(octave, parts, text, user_inputs(source, drive), dt)[0],
+        EXAMPLE_SAMPLES,
     )
 
 

@@ -67,6 +67,16 @@ def test_the_file_states_what_octave_measured(tmp_path: Path) -> None:
     assert text.startswith("function [force, state, in_range] = tanh_fit(displacement, velocity, dt, state)\n")
 
 
+def test_an_excerpt_is_compared_with_the_simulation_of_its_whole_log() -> None:
+    # the middle of the stroke is that of the log, which a few hundred samples do not have
+    source = rig("tanh+velocity-hysteresis", seconds=1.3)
+    (stretch,) = source.stretches
+    drift = 0.02 * np.linspace(-1.0, 1.0, len(stretch.measured)) ** 3
+    moved = {**stretch.inputs, "displacement": stretch.inputs["displacement"] + drift}
+    difference = files(replace(source, stretches=(replace(stretch, inputs=moved),)), Settings()).error
+    assert difference is not None and difference < LOOSE["velocity-hysteresis"]
+
+
 @pytest.mark.parametrize("name", ["a'; system('x')\n end", "%{ ..."])
 def test_hostile_names_stay_in_their_comment(name: str) -> None:
     source = rig("bingham", seconds=0.1)
