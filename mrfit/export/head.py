@@ -38,7 +38,8 @@ def head_lines(source: ExportSource, measured: Sequence[str] = ()) -> list[str]:
         lines.append(f"The constant of a record's {spec.output} is not known, and not part of the model.")
     lines += ["", "Inputs and output, SI, with ranges in the fit's logs, held-out tests too; of rates, either sign:"]
     lines += [f"  {channel_text(source, name)}" for name in source.channels]
-    lines += [f"  {channel_text(source, spec.output)}  (output)", "", "Errors of the fit against the logs:"]
+    whole = f", {' and '.join(source.without)} included," if source.without else ""
+    lines += [f"  {channel_text(source, spec.output)}  (output)", "", f"Errors of the fit{whole} against the logs:"]
     own = [row for row in content.metrics if row.condition == source.condition]
     pooled = [row for row in content.metrics if row.condition == "all"]
     lines += [f"  {error_text(row, spec.output)}" for row in own or pooled]

@@ -67,6 +67,10 @@ def pairs(option: str, items: Iterable[str] | None) -> list[tuple[str, str]]:
     return [(name.strip(), value.strip()) for name, _, value in split]
 
 
+def _apart(items: Iterable[str] | None) -> list[str]:
+    return [one for item in items or [] for one in item.split(",")]
+
+
 def number(option: str, text: str) -> float:
     """Return an option's text as a finite number.
 
@@ -85,29 +89,18 @@ def number(option: str, text: str) -> float:
 
 
 def numbers(option: str, items: Iterable[str] | None) -> Pairs:
-    """Return NAME=VALUE items of a repeated option with their numbers.
+    """Return NAME=VALUE items of an option, repeated or parted by commas, with their numbers.
 
     Raises
     ------
     ConfigError
         If an item has no equals sign, or no number.
     """
-    return tuple((name, number(option, value)) for name, value in pairs(option, items))
-
-
-def constants(option: str, items: Iterable[str] | None) -> Pairs:
-    """Return NAME=VALUE,… items of a repeated option with their numbers.
-
-    Raises
-    ------
-    ConfigError
-        If one has no equals sign, or no number.
-    """
-    return numbers(option, [one for item in items or [] for one in item.split(",")])
+    return tuple((name, number(option, value)) for name, value in pairs(option, _apart(items)))
 
 
 def limits(option: str, items: Iterable[str] | None) -> Limits:
-    """Return NAME=LOW:HIGH items of a repeated option with their numbers.
+    """Return NAME=LOW:HIGH items of an option, repeated or parted by commas, with their numbers.
 
     Raises
     ------
@@ -115,7 +108,7 @@ def limits(option: str, items: Iterable[str] | None) -> Limits:
         If an item has no equals sign, or not two numbers.
     """
     found = []
-    for name, value in pairs(option, items):
+    for name, value in pairs(option, _apart(items)):
         low, colon, high = value.partition(":")
         if not colon:
             raise ConfigError(f"{option} takes NAME=LOW:HIGH, not '{name}={value}'")
@@ -217,7 +210,7 @@ TEXTS = SettingForm(
 )
 CONSTANTS = SettingForm(
     list[str] | None,
-    constants,
+    numbers,
     dict[str, float | dict[str, float]],
     _flat,
     lambda name, value: _numbers_taken(name, dict(_flat(value)) if isinstance(value, Mapping) else value),

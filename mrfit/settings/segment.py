@@ -17,8 +17,8 @@ class Settings:
     min_cycles
         Fewest steady cycles of a periodic segment; 1 counts as 2, since one cycle shows no steadiness.
     holdout
-        ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``; ``after=SECONDS``
-        into each recording, see ``hold_out_after``.
+        ``auto``, ``none``, ``quantity=value`` as ``frequency=2``, patterns on condition names as ``sine-2Hz-*``, or
+        ``after=SECONDS`` into each recording.
     blocks
         Cycles of each block into which steady stretches are cut, conditions of their own; 0 for whole stretches.
     settle

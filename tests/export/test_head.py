@@ -42,6 +42,8 @@ def test_what_a_model_has_besides_is_said_where_it_has_it() -> None:
     said = text(depending)
     assert "the current is held within 0.25 to 1.5 A" in said and "  with current-lag: " in said
     assert "Left out of the fit's model: delay" in text(replace(depending, without=("delay",)))
+    assert "Errors of the fit, delay included, against the logs:" in text(replace(depending, without=("delay",)))
+    assert "Errors of the fit against the logs:" in text(depending)
     assert "The constant of a record's flux is not known" in text(rig("boucwen-flux"))
 
 
