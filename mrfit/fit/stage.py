@@ -15,7 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
-from mrfit.fit.diagnostics.diagnose import diagnose, drift_warnings, slope_warnings
+from mrfit.fit.diagnostics.diagnose import diagnose, drift_warnings, law_warnings
 from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive, within_noise
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
@@ -457,7 +457,7 @@ class _Runner:
         )
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
-        signs += slope_warnings(group.training.parts, self.assembly, theta)
+        signs += law_warnings(group.training.parts, self.assembly, theta)
         said = [*signs, *drift_warnings(result.drift), *staged.warnings(found.stages)]
         warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
         return GroupFit(replace(result, warnings=warnings), group, simulated, metrics, found)

@@ -39,6 +39,8 @@ from mrfit.simulate.assembly import Assembly
 
 # Slopes, and steps of an input, below this share of the greatest count as none
 SLOPE_FLOOR = 1e-6
+# Share by which a parameter is moved that is said to be linear, and share of the output's range that half-way may be off
+LINEAR_MOVE, NOT_LINEAR = 0.3, 1e-4
 
 
 def diagnose(
@@ -140,6 +142,31 @@ def drift_rows(parts: Sequence[SegmentPart], simulated: Sequence[Array]) -> list
         if found is not None:
             rows.append(drift_row(part.segment.condition, part.segment.id, found))
     return rows
+
+
+def law_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:
+    """Return warnings on what a model is taken for and is not at parameters (K,): linear, or with a rising output."""
+    return [*_linear_warnings(parts, assembly, theta), *slope_warnings(parts, assembly, theta)]
+
+
+def _linear_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:
+    spec, (first, *_) = assembly.spec, parts
+    if registry.elements(assembly.name)[1]:
+        # a search looks itself what an effect leaves linear
+        return []
+    moved = np.where(theta == 0.0, [LINEAR_MOVE * (p.high - p.low) for p in spec.params], (1.0 + LINEAR_MOVE) * theta)
+    wrong = []
+    for name in spec.linear:
+        ends, k = np.tile(theta, (3, 1)), spec.names.index(name)
+        ends[2, k] = moved[k]
+        ends[1] = (ends[0] + ends[2]) / 2.0
+        rows = assembly.simulate(first.block.drive, ends, first.dt)
+        if np.abs(rows[1] - (rows[0] + rows[2]) / 2.0).max() > NOT_LINEAR * np.ptp(rows[0]):
+            wrong.append(name)
+    if not wrong:
+        return []
+    text = f"the output is not linear in {', '.join(wrong)}, which the model's SPEC names `linear`: what was searched is "
+    return [Caution(kind="not-linear", text=f"{text}another law; take it out of `linear`")]
 
 
 def slope_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:

@@ -1,12 +1,13 @@
 """An eddy current's circuit is an equation only where the static flux rises with the current: a fit says where not."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from mrfit.fit.diagnostics.diagnose import slope_warnings
+from mrfit.fit.diagnostics.diagnose import law_warnings, slope_warnings
 from mrfit.simulate.assembly import assemble
 
 MODEL = assemble("boucwen-flux+eddy-current")
@@ -44,3 +45,16 @@ def test_what_an_error_of_the_record_adds_falls_and_is_no_flux_of_the_circuit() 
     theta = np.array([[1.2, 0.02, 3.5, 3.0, 6.0, 1.3, 2.0, 0.1, -2.0]])
     assert np.any(np.diff(WITH_ERROR.simulate(CURRENT[None], theta, DT)[0]) * np.diff(CURRENT) < 0.0)
     assert said(2.0, 0.1, -2.0) == [] and said(1 / 20, 0.1, -2.0) != []
+
+
+def test_a_parameter_that_is_called_linear_and_is_not_is_named() -> None:
+    model = assemble("tanh")
+    moved = 0.01 * np.sin(0.02 * np.arange(600))
+    drive = np.stack([moved, np.gradient(moved, DT)])
+    part = SimpleNamespace(block=SimpleNamespace(drive=drive), dt=DT)
+    theta = np.array(model.spec.start)
+    for wrong in ((), ("a1",)):
+        spec = replace(model.spec, linear=(*model.spec.linear, *wrong))
+        found = law_warnings([cast(Any, part)], replace(model, spec=spec), theta)
+        assert [c.kind for c in found] == ["not-linear"] * len(wrong)
+        assert all("not linear in a1, which" in c.text for c in found)
