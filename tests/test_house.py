@@ -8,7 +8,7 @@ from tests import house
 
 CEILINGS = {
     "repeated classes": 5,
-    "participles": 4,
+    "participles": 0,
     "ambiguous constants": 2,
     "relative clauses": 133,
     "climbing imports": 0,
@@ -45,7 +45,8 @@ def test_a_docstring_that_opens_with_a_clause_is_seen(sentence: str, clause: boo
     [
         ("Told", True),
         ("_Tried", True),
-        ("Recording", True),
+        ("Recording", False),
+        ("Straightened", True),
         ("Setting", False),
         ("FittedRival", False),
         ("Cube", False),

@@ -21,7 +21,7 @@ from mrfit.core.protocols import (
 from mrfit.core.specs import Array, ModelSpec
 
 _ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", "saturation", "coercive", ""}
-RATES = ("velocity", "acceleration", "angular_velocity", "angular_acceleration")
+RATE_CHANNELS = ("velocity", "acceleration", "angular_velocity", "angular_acceleration")
 
 
 def drive_of(spec: ModelSpec) -> Array:
@@ -95,8 +95,8 @@ def response_is_finite_at_rest(model: Model) -> None:
     """The response is finite where the motion rests, as at the ends of a slow test, and where nothing moves at all."""
     drive = drive_of(model.SPEC)
     for row, name in zip(drive, model.SPEC.inputs, strict=True):
-        row[200:300] = 0.0 if name in RATES else row[200]
-    still = np.where(np.isin(model.SPEC.inputs, RATES)[:, None], 0.0, drive[:, :1]) * np.ones_like(drive)
+        row[200:300] = 0.0 if name in RATE_CHANNELS else row[200]
+    still = np.where(np.isin(model.SPEC.inputs, RATE_CHANNELS)[:, None], 0.0, drive[:, :1]) * np.ones_like(drive)
     for held, where in ((drive, "while it rests"), (still, "where it never moves")):
         out = model.response(held, theta_of(model.SPEC, 5), DT)
         need(np.isfinite(out).all(), f"not finite {where}: of a rate of 0, or of an input that does not change")

@@ -224,7 +224,7 @@ def search_optimum(
 
 
 def _first_wrong(blocks: Sequence[SegmentBlock], assembly: Assembly, theta: Array) -> str:
-    """Return where a simulation has no number first, with its inputs there; empty where it has one throughout."""
+    """Return the first sample without a number in words, with its inputs; empty where all are numbers."""
     for block in blocks:
         with np.errstate(all="ignore"):
             output = assembly.simulate(block.drive, theta[None, :], block.dt)[0]

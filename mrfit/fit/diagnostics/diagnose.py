@@ -39,7 +39,8 @@ from mrfit.simulate.assembly import Assembly
 
 # Slopes, and steps of an input, below this share of the greatest count as none
 SLOPE_FLOOR = 1e-6
-# Share by which a parameter is moved that is said to be linear, and share of the output's range that half-way may be off
+# Share by which a parameter is moved that is said to be linear, and share of the output's range by which half-way may
+# be off
 LINEAR_MOVE, NOT_LINEAR = 0.3, 1e-4
 
 
@@ -165,8 +166,8 @@ def _linear_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Ar
             wrong.append(name)
     if not wrong:
         return []
-    text = f"the output is not linear in {', '.join(wrong)}, which the model's SPEC names `linear`: what was searched is "
-    return [Caution(kind="not-linear", text=f"{text}another law; take it out of `linear`")]
+    told = f"the output is not linear in {', '.join(wrong)}, which the SPEC of {assembly.name} names `linear`"
+    return [Caution(kind="not-linear", text=f"{told}: what was searched is another law; take it out of `linear`")]
 
 
 def slope_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:
