@@ -9,7 +9,7 @@ from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test, least_cycles
 from mrfit.advise.rig import Rig, current_reach, motion_reach
 from mrfit.core.channels import ANTIDERIVATIVES, WORK_AGAINST
-from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE
+from mrfit.core.recording import HEAT_BEFORE, RECORD_CONSTANTS
 from mrfit.core.specs import Array
 from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError
@@ -19,8 +19,6 @@ from mrfit.simulate.assembly import Assembly
 TEMPERATURE, CURRENT = "temperature", "current"
 # Share of the rig's currents from which on those of the data are a range
 TESTED = 0.2
-# Channels that are what the record was made with, not what drives the specimen
-SPECIMEN_CONSTANTS = (FLUX_RESISTANCE, HEAT_BEFORE)
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ class Specimen:
 
     def moves(self, name: str, rig: Rig) -> bool:
         """Return whether a test can move a channel, or it needs not move."""
-        own = (self.channels.motion, self.channels.rate, self.channels.second, TIME_CHANNEL, *SPECIMEN_CONSTANTS)
+        own = (self.channels.motion, self.channels.rate, self.channels.second, TIME_CHANNEL, *RECORD_CONSTANTS)
         if name == TEMPERATURE:
             return rig.temperature is not None or self.heating > 0.0
         return name in own or name == CURRENT and rig.current is not None

@@ -11,7 +11,7 @@ from mrfit.contracts.signals import CONTRACT_SAMPLES, DT, for_effects
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS
 from mrfit.core.protocols import SLOT_FUNCTIONS, Effect
-from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE
+from mrfit.core.recording import RECORD_CONSTANTS
 from mrfit.core.specs import SLOTS, Array, EffectSpec
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -99,7 +99,7 @@ def specification_is_sound(effect: Effect) -> None:
     need(spec.slot in SLOTS, f"no slot '{spec.slot}'")
     need(spec.outputs and set(spec.outputs) <= _OUTPUTS, f"outputs {spec.outputs}")
     needed = {p.needs for p in spec.params if p.needs}
-    unknown = {*spec.inputs, *needed} - {*CHANNELS, "time", FLUX_RESISTANCE, HEAT_BEFORE}
+    unknown = {*spec.inputs, *needed} - {*CHANNELS, "time", *RECORD_CONSTANTS}
     need(not unknown, f"unknown channel {', '.join(sorted(unknown))}")
     need(spec.params, "no parameter")
     for p in spec.params:

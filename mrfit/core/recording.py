@@ -14,6 +14,8 @@ FLUX_RESISTANCE = "flux_resistance"
 # Integral of i^2 dt in A^2*s from a recording's first sample to where a drive begins, beyond what the drive's own mean
 # of i^2 would have made in that time
 HEAT_BEFORE = "heat_before"
+# Inputs of models that are constants of a record, which nobody sets
+RECORD_CONSTANTS = (FLUX_RESISTANCE, HEAT_BEFORE)
 # What every test condition is named by
 NAMING = ("frequency", "amplitude", "current")
 # Share of a stretch without cycles by which a model only settles

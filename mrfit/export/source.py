@@ -11,7 +11,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
 from mrfit.core.counting import few
-from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE
+from mrfit.core.recording import RECORD_CONSTANTS
 from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Fit
@@ -22,7 +22,7 @@ from mrfit.simulate.current_dependence import CurrentDependence
 from mrfit.simulate.uneven import simulate_unevenly
 
 # Channels that no user sets: they follow from the others
-SOURCE_INPUTS = (TIME_CHANNEL, FLUX_RESISTANCE, HEAT_BEFORE)
+SOURCE_INPUTS = (TIME_CHANNEL, *RECORD_CONSTANTS)
 # Most samples on which an export is compared with the simulation
 SAMPLES_COMPARED = 200_000
 

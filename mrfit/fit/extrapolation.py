@@ -9,6 +9,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import CONTROL, INTEGRALS, WARMTH, unit_of
 from mrfit.core.counting import number_of
+from mrfit.core.recording import RECORD_CONSTANTS
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Caution
 
@@ -45,7 +46,8 @@ class ConditionInputs:
 
     def extents(self) -> dict[str, tuple[float, float]]:
         """Return least and greatest value of every input, of the rate of a place, of the drive and the temperature."""
-        found = {name: (float(np.min(v)), float(np.max(v))) for name, v in self.inputs.items() if len(v)}
+        inputs = {name: v for name, v in self.inputs.items() if len(v) and name not in RECORD_CONSTANTS}
+        found = {name: (float(np.min(v)), float(np.max(v))) for name, v in inputs.items()}
         for place, rate in RATES.items():
             if place in self.inputs and rate not in self.inputs and len(self.inputs[place]) > 2:
                 speed = np.gradient(self.inputs[place], self.dt)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import MISSING_CHANNEL_ADVICE
+from mrfit.core.channels import CHANNELS, MISSING_CHANNEL_ADVICE, unit_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -229,8 +229,8 @@ def _first_wrong(blocks: Sequence[SegmentBlock], assembly: Assembly, theta: Arra
         with np.errstate(all="ignore"):
             output = assembly.simulate(block.drive, theta[None, :], block.dt)[0]
         if len(wrong := np.flatnonzero(~np.isfinite(output))):
-            inputs = zip(assembly.spec.inputs, block.drive[:, wrong[0]], strict=True)
-            at = ", ".join(f"{name} {value:.3g}" for name, value in inputs)
+            inputs = dict(zip(assembly.spec.inputs, block.drive[:, wrong[0]], strict=True))
+            at = ", ".join(f"{n} {v:.3g} {unit_of(n)}" for n, v in inputs.items() if n in CHANNELS)
             return f" ({len(wrong)} of {len(output)} samples are no numbers, the first at {at})"
     return ""
 

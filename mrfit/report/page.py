@@ -7,6 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from mrfit.core import registry
+from mrfit.core.recording import RECORD_CONSTANTS
 from mrfit.core.setting import SettingField, defined
 from mrfit.io.outdated import remedy
 from mrfit.io.schemas.determined import POOR
@@ -220,7 +221,7 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
     sets = "one set of parameters for all conditions" if fit.per == "all" else "one set of parameters per condition"
     facts = [
         ("Model", fit.model),
-        ("Predicts", f"{fit.output} from {', '.join(fit.inputs)}"),
+        ("Predicts", f"{fit.output} from {', '.join(n for n in fit.inputs if n not in RECORD_CONSTANTS)}"),
         ("Source", fit.reference),
         ("Optimizer", f"{fit.optimizer}, {sum(r.evaluations for r in fit.results)} evaluations in all"),
         ("Parameters", sets),

@@ -18,6 +18,7 @@ from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE, Recording, Segmen
 from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array, Mask
 from mrfit.errors import DataError
+from mrfit.io.columns import COLUMN_CHUNK
 from mrfit.kernels.windows import moving_mean
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit
 from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
@@ -248,8 +249,15 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
 
 def _heat_before(recording: Recording, segment: Segment) -> float:
     current, begin = recording.channels["current"], max(segment.start - segment.warm_up, 0)
-    before, driven = (np.asarray(part) for part in (current[:begin], current[begin : segment.stop]))
-    return float(np.vdot(before, before) - np.vdot(driven, driven) * begin / len(driven)) * recording.dt
+    # of a recording on disk no more than a chunk is read at a time
+    starts = range(0, begin, COLUMN_CHUNK)
+    before = sum(_square_sum(current[k : min(k + COLUMN_CHUNK, begin)]) for k in starts)
+    rate = _square_sum(current[begin : segment.stop]) / (segment.stop - begin)
+    return (before - rate * begin) * recording.dt
+
+
+def _square_sum(values: Array) -> float:
+    return float(np.vdot(values, values))
 
 
 def _remedy(name: str) -> str:

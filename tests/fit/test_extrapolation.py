@@ -69,3 +69,11 @@ def test_a_current_is_new_that_no_test_had(low: float, high: float, new: bool) -
     moved = [*fitted, {"current": (0.0, 2.0)}]
     assert is_new_current(moved, {"current": (low, high)}) is (high > 2.1)
     assert not is_new_current(fitted, {"velocity": (-1.0, 1.0)})
+
+
+def test_a_constant_of_a_record_is_no_range() -> None:
+    def record(value: float) -> ConditionInputs:
+        inputs = {"current": np.sin(TIME), "heat_before": np.full(1000, value), "flux_resistance": np.full(1000, value)}
+        return ConditionInputs("coil", 1e-3, inputs)
+
+    assert extrapolations(record(2.0).extents(), [record(-50.0)]) == []

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
-from mrfit.core.protocols import NeedsRise
+from mrfit.core.protocols import ErrsInRecord, NeedsRise
 from mrfit.core.specs import Array
 from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
@@ -176,7 +176,7 @@ def slope_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Arra
     modules = {name: registry.load("effect", name) for name in registry.elements(assembly.name)[1]}
     places = {name: np.array([n.startswith(f"{name}.") for n in spec.names]) for name in modules}
     for effect, module in modules.items():
-        if module.SPEC.slot == "record":
+        if isinstance(module, ErrsInRecord):
             # what the instruments add is no output of the model inside
             inside[places[effect]] = module.SPEC.neutral
     for effect, module in modules.items():

@@ -58,3 +58,12 @@ def test_a_parameter_that_is_called_linear_and_is_not_is_named() -> None:
         found = law_warnings([cast(Any, part)], replace(model, spec=spec), theta)
         assert [c.kind for c in found] == ["not-linear"] * len(wrong)
         assert all("not linear in a1, which" in c.text for c in found)
+
+
+def test_a_skew_between_probes_is_no_flux_of_the_circuit_either() -> None:
+    model = assemble("boucwen-flux+eddy-current+probe-skew")
+    drive = np.stack([CURRENT, np.full(len(CURRENT), 2.0)])
+    part = SimpleNamespace(block=SimpleNamespace(drive=drive), dt=DT)
+    known = {"A": 1.2, "Lc": 0.02, "kappa": 3.5, "beta": 3.0, "gamma": 6.0, "n": 1.3, "D": 2.0, "eddy-current.G": 0.1}
+    theta = np.array([{**known, "probe-skew.tau": 1e-3}[n] for n in model.spec.names])
+    assert slope_warnings([cast(Any, part)], model, theta) == []
