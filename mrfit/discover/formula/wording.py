@@ -167,9 +167,12 @@ def _factor(f: Factor, scale: Scale, varying: bool) -> str:
     constants = [c * size if k in kind.places else c for k, c in enumerate(f.constants)]
     if kind.inverse:
         constants[0] = size / f.constants[0]
-    origin = scale.origin if abs(scale.origin) > STANDARD.formula_small * size else 0.0
-    variable = f"({f.variable}{-origin:+.4g})" if origin else f.variable
     text = (varying and kind.varying) or kind.text
+    origin = scale.origin if abs(scale.origin) > STANDARD.formula_small * size else 0.0
+    if any(shift in text for shift in ("{u}-{0}", "{0}-{u}")):
+        # one place, not the origin and a place from there
+        constants[0], origin = constants[0] + origin, 0.0
+    variable = f"({f.variable}{-origin:+.4g})" if origin else f.variable
     return text.format(*(f"{c:.4g}" for c in constants), u=variable).replace("--", "+")
 
 

@@ -7,8 +7,9 @@ from mrfit.core.specs import Array
 from mrfit.discover.formula.factors import FACTOR_KINDS, FUNCTIONS, Factor, Term
 from mrfit.discover.formula.grammar import grammar, mirrored
 from mrfit.discover.formula.proposal import propose, rows_beside
+from mrfit.discover.formula.rows import Scale
 from mrfit.discover.formula.standing import measured
-from mrfit.discover.formula.wording import proposed
+from mrfit.discover.formula.wording import _factor, proposed
 from mrfit.discover.invariance.base import Base, none
 from mrfit.discover.invariance.setting import setting_of
 from mrfit.discover.policy import STANDARD
@@ -77,6 +78,19 @@ def test_every_term_is_finite_and_none_is_odd_in_the_velocity_alone() -> None:
             values = {"v": u, "i": np.full(len(u), 0.7)}
             turned = term.of({**values, "v": -u})
             assert np.abs(turned + term.of(values)).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (Factor("x", "size-from", (-0.25,)), "|x-0.001|"),
+        (Factor("x", "square-from", (0.5,)), "(x-0.016)^2"),
+        (Factor("x", "size", ()), "|(x-0.006)|"),
+    ],
+)
+def test_a_place_is_said_from_where_the_stroke_is_measured(factor: Factor, said: str) -> None:
+    """The search has 0 at the middle of the stroke, 6 mm, and 20 mm for 1."""
+    assert _factor(factor, Scale(0.006, 0.02), False) == said
 
 
 def test_factors_are_their_closed_forms() -> None:
