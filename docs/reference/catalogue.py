@@ -6,6 +6,7 @@ from typing import Any
 from docs.reference.markdown import documented, fenced, plain, table
 from mrfit.core import registry
 from mrfit.core.built_in import Kind, own_names
+from mrfit.core.recording import RECORD_CONSTANTS
 from mrfit.search import strategies
 
 OPENING = {
@@ -62,7 +63,7 @@ def _item(kind: Kind, name: str, module: Any) -> str:
 
 
 def _signature(spec: Any) -> str:
-    inputs = ", ".join(spec.inputs) or "no channel"
+    inputs = ", ".join(n for n in spec.inputs if n not in RECORD_CONSTANTS) or "no channel"
     if hasattr(spec, "output"):
         return f"Inputs: {plain(inputs)}. Output: {plain(spec.output)}."
     return f"Slot: {spec.slot}. Acts on: {plain(', '.join(spec.outputs))}. Needs: {plain(inputs)}."

@@ -21,6 +21,7 @@ from mrfit.cli.console import (
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.counting import number_of
 from mrfit.core.grouping import grouped
+from mrfit.core.recording import RECORD_CONSTANTS
 from mrfit.errors import ConfigError, near, unknown_name
 
 if TYPE_CHECKING:
@@ -534,7 +535,7 @@ def show(found: Summary) -> None:
     conclude(f"{found['name']} ({found['kind']}): {found['title']}")
     say_each(("", *found["text"].split("\n"), "") if found["text"] else (), "")
     if "params" in found:
-        takes, neutral = ", ".join(found["inputs"]), found.get("neutral")
+        takes, neutral = ", ".join(n for n in found["inputs"] if n not in RECORD_CONSTANTS), found.get("neutral")
         if neutral is None:
             say(f"{takes} -> {found['output']}")
         else:

@@ -518,9 +518,8 @@ def _is_below_floors(fit: Refit) -> bool:
 def _with_residual_floors(fitter: Fitter, fit: Refit, recordings: Mapping[str, Recording]) -> Fitter:
     """Return the fitter with the noise floors that a fit's residual tells; the base has to be fitted again."""
     errors = {role: iter(found) for role, found in (("train", fit.train), ("holdout", fit.holdout))}
-    bench = with_residual_floors(
-        fitter.bench, [next(errors[s.segment.role]) for s in fitter.bench.stretches], recordings
-    )
+    residuals = [next(errors[s.segment.role]) for s in fitter.bench.stretches]
+    bench = with_residual_floors(fitter.bench, residuals, recordings, fitter.assembly(()).spec.output)
     known = {effects: point for effects, point in fitter.known.items() if effects}
     return replace(fitter, bench=bench, known=known, judged={})
 

@@ -5,7 +5,6 @@ covariance of K parameters over n units has K(K + 1)/2 unknowns, too many for th
 """
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,7 +17,7 @@ from mrfit.core.recording import NAMING
 from mrfit.core.specs import Array, Index
 from mrfit.drift.mixed import MixedFit, fit_mixed
 from mrfit.drift.population import PIVOT_DRAWS, UNITS_NEEDED, Population, odd_units, population
-from mrfit.drift.source import FitValue, columns_of
+from mrfit.drift.source import FORCE_ENDS, FitValue, columns_of
 from mrfit.io.schemas.drift import ChangePoint, DriftCause, DriftFile, ParameterOverUnits, Slope, UnitThatStandsOut
 from mrfit.settings.drift import Settings
 
@@ -134,6 +133,8 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
     trends = [replace(t, change=_change_point(t, len(trends))) for t in trends]
     rows = [_row(t, p) for t, p in zip(trends, slopes, strict=True)]
     doubts = [d for v in values for d in v.doubts]
+    # a force that is simulated is of the same test
+    fitted = [v for v in values if v.parameter not in FORCE_ENDS]
     found = DriftFile(
         over=list(settings.over),
         unit=settings.unit,
@@ -141,7 +142,7 @@ def compare(values: Sequence[FitValue], settings: Settings) -> tuple[DriftFile, 
         draws=settings.draws,
         seed=settings.seed,
         units=len({v.specimen for v in values}),
-        tests=max(Counter(v.parameter for v in values).values()),
+        tests=len({(v.log, v.condition, v.covariates.get("cycles")) for v in fitted or values}),
         parameters=rows,
         causes=list(_causes(rows, trends)),
         notes=list(dict.fromkeys([*doubts, *_mixed(values, settings.over), *(n for t in trends for n in t.notes)])),

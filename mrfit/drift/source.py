@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 HALF_INTERVAL = 1.959963984540054
 CYCLES_OF_BLOCK = re.compile(r"-cycles(\d+)to(\d+)$")
 SECONDS_OF_DAY = 86400.0
-GREATEST_FORCE = "lambda_max"
+FORCE_ENDS = GREATEST_FORCE, LEAST_FORCE = "lambda_max", "lambda_min"
 NO_FILE = "no such file; check the path and its spelling"
+TEXTS = ("log", "condition", "parameter", "unit", "role", "scale", "warnings")
 NUMBERS_OF_TABLE = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees")
 # Samples of a cycle of a stated motion, and cycles of which the last one counts
 SAMPLES_OF_CYCLE, CYCLES_OF_MOTION = 256, 3
@@ -158,7 +159,11 @@ def read_table(path: Path) -> "DataFrame":
     import pandas as pd
 
     try:
-        return pd.read_parquet(path) if path.suffix.lower() == ".parquet" else pd.read_csv(path)
+        if path.suffix.lower() == ".parquet":
+            return pd.read_parquet(path)
+        table = pd.read_csv(path)
+        texts = [name for name in TEXTS if name in table]
+        return table.assign(**{name: table[name].astype(object).where(table[name].notna(), "") for name in texts})
     except FileNotFoundError:
         raise DataError(f"{path}: {NO_FILE}") from None
     except (OSError, ValueError, UnicodeDecodeError) as error:
@@ -205,11 +210,8 @@ def values_of_table(table: "DataFrame", source: str = "table") -> list[FitValue]
 def _variance(row: Mapping[Any, Any], place: int) -> float | None:
     """Return the known variance of a row of a table on its scale, None where the data leave the value open."""
     covariance = row.get("covariance")
-    if isinstance(covariance, str):
-        # as pandas writes an array in a CSV file
-        covariance = covariance.strip("[] ").replace(",", " ").split()
-    if isinstance(covariance, (list, tuple)):
-        covariance = np.array(covariance, dtype=float)
+    if isinstance(covariance, (str, list, tuple)):
+        covariance = _numbers(covariance, str(row["log"]))
     if isinstance(covariance, np.ndarray) and len(covariance) > place:
         return float(covariance[place]) if math.isfinite(covariance[place]) else None
     low, high = row.get("low", math.nan), row.get("high", math.nan)
@@ -217,6 +219,16 @@ def _variance(row: Mapping[Any, Any], place: int) -> float | None:
         return None
     width = math.log(high / low) if row.get("scale") == "log" else high - low
     return (width / (2.0 * HALF_INTERVAL)) ** 2
+
+
+def _numbers(written: str | Sequence[object], log: str) -> Array:
+    """Return a list of numbers, also as the text that pandas writes into a CSV file of an array or a list."""
+    words = re.sub(r"np\.\w+\(|array\(", " ", written) if isinstance(written, str) else written
+    split = re.split(r"[\s,()\[\]]+", words) if isinstance(words, str) else words
+    try:
+        return np.array([math.nan if w in (None, "None", "null") else float(str(w)) for w in split if w != ""])
+    except ValueError as error:
+        raise DataError(f"{log}: its covariance is no list of numbers ({error})") from None
 
 
 def condition_of(name: str) -> tuple[str, dict[str, float]]:
@@ -320,7 +332,7 @@ def force_ends(fit: Fit, result: Result, at: str) -> Iterator[FitValue]:
     unit = channel_unit(fit.output)
     turns = {"angle", "angular_velocity"} & {*assembly.spec.inputs}
     place = f"{frequency:g} Hz, {amplitude:g} {'rad' if turns else 'm'}, {current:g} A"
-    for name, ends in ((GREATEST_FORCE, outputs.max(axis=1)), ("lambda_min", outputs.min(axis=1))):
+    for name, ends in ((GREATEST_FORCE, outputs.max(axis=1)), (LEAST_FORCE, outputs.min(axis=1))):
         # of refits alone: their mean is not the optimum's
         spread = refits.factor * float(np.var(ends[1:][np.isfinite(ends[1:])]))
         yield FitValue("", "", place, name, unit, "", float(ends[0]), spread, False)

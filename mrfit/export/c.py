@@ -338,7 +338,8 @@ def user_inputs(source: ExportSource, drive: Array) -> Array:
 def compared(source: ExportSource, run: Callable[[Array, float], Array], most: int | None = None) -> Difference:
     """Return the difference of ``run(drive, dt)`` from the simulation in Python on the fit's logs.
 
-    No more than ``most`` samples of each are run; the simulation is that of the whole log, whose middle it may take.
+    No more than ``most`` samples of each are run; the simulation is that of all samples that are compared, whose middle
+    it may take.
     """
     largest, squares, samples, low, high = 0.0, 0.0, 0, np.inf, -np.inf
     drives = source.compared()

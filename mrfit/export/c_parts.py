@@ -36,7 +36,8 @@ OTHER_MIDDLE = "the middle of the stroke is that of the fit's logs, where the si
 # Names that a function file of MATLAB must not hide
 BUILT_IN = frozenset(
     "abs all any ceil diag double erf exp expm1 fix floor hypot isempty isfinite isnan log log1p max min mod nthroot "
-    "numel ones power rem repmat reshape round sign size sqrt struct sum tanh zeros".split()
+    "numel ones power rem repmat reshape round sign size sqrt struct sum tanh zeros "
+    "catch classdef global otherwise parfor persistent spmd try unwind_protect".split()
 )
 
 

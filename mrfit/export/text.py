@@ -20,7 +20,8 @@ MODELICA_WORDS = frozenset(
     "algorithm and annotation block class connect connector constant der discrete each else elseif elsewhen "
     "encapsulated end enumeration equation expandable extends external false final flow for function if import impure "
     "in initial inner input loop model not operator or outer output package parameter partial protected public pure "
-    "record redeclare replaceable return stream then time true type when while within".split()
+    "record redeclare replaceable return stream then time true type when while within "
+    "Boolean Clock Integer Real String".split()
 )
 
 

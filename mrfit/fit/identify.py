@@ -89,7 +89,9 @@ class FitGroup:
     def _is_fitted(self, place: int) -> bool:
         return self.full.parts[place].segment.role == "train"
 
-    def with_residual_floors(self, recordings: Mapping[str, Recording], simulated: Sequence[Array]) -> "FitGroup":
+    def with_residual_floors(
+        self, recordings: Mapping[str, Recording], simulated: Sequence[Array], output: str
+    ) -> "FitGroup":
         """Return the group with floors that were not known as the residual of the simulated outputs tells them."""
         members: dict[tuple[str, str], list[int]] = {}
         for place, segment in enumerate(self.full.segments):
@@ -100,7 +102,7 @@ class FitGroup:
             middle = places[len(places) // 2]
             part = self.full.parts[middle]
             recording, left = recordings[part.segment.recording], part.output - simulated[middle]
-            found = residual_floor(self.floors[middle], recording, part.segment, left)
+            found = residual_floor(self.floors[middle], recording, part.segment, left, output)
             for place in places:
                 known[place] = found
         return replace(self, floors=known)
@@ -133,7 +135,7 @@ def build_group(
     floors: list[NoiseFloor] = []
     outputs = [measured_output(recordings[s.recording], assembly) for s in segments]
     over = [part_of(y, s.start, s.stop) for s, y in zip(segments, outputs, strict=True)]
-    found = output_floors(segments, recordings, over)
+    found = output_floors(segments, recordings, over, assembly.spec.output)
     for segment, output, floor in zip(segments, outputs, found, strict=True):
         recording = recordings[segment.recording]
         parts = split_parts(segment, recording, assembly, output, split)

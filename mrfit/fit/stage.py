@@ -438,7 +438,7 @@ class _Runner:
             if not part.kept:
                 self.progress(f"{name}  simulating", place, len(group.full))
         simulated = LazyArrays(outputs)
-        group = group.with_residual_floors(self.prepared.recordings, simulated)
+        group = group.with_residual_floors(self.prepared.recordings, simulated, self.assembly.spec.output)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         judged = self.assembly
         if driven:

@@ -45,7 +45,8 @@ def quantities(cycles: Cycles, forces: Forces, sine: bool) -> list[Quantity]:
 
         found.append(Quantity("xi_eff", cycles.estimate(damping, work, high, low, travel)))
     else:
-        found += without(("xi_eff",), "K_eff is not distinct from zero")
+        outward = "K_eff is below zero: the forces at the ends push outward"
+        found += without(("xi_eff",), outward if effective.high < 0.0 else "K_eff is not distinct from zero")
     if sine:
         omega = 2.0 * np.pi / cycles.period
         found.append(Quantity("C_eq", cycles.estimate(lambda w, s: w / (np.pi * omega * (s / 2.0) ** 2), work, travel)))

@@ -67,13 +67,13 @@ def significant(value: float | None, digits: int = 3) -> str:
     return _fixed(value, exponent, digits)
 
 
-def with_interval(value: float, low: float | None, high: float | None) -> tuple[str, str, str]:
+def with_interval(value: float | None, low: float | None, high: float | None) -> tuple[str, str, str]:
     """Return value, low and high as plain text, to the digit at which half the interval shows two significant ones.
 
     Four significant digits where there is no interval, or one end of it alone, three each where the interval is wider
     than the value, and up to six where it is a point. An end that is open is empty.
     """
-    if low is None or high is None or not math.isfinite(high - low):
+    if value is None or low is None or high is None or not math.isfinite(high - low) or not math.isfinite(value):
         ends = [significant(end, 4) if end is not None and math.isfinite(end) else "" for end in (low, high)]
         return significant(value, 4), ends[0], ends[1]
     half = (high - low) / 2.0

@@ -31,13 +31,20 @@ Stall = Annotated[
 Weight = Annotated[Literal["none", "floor", "range"], Setting("none; floor: conditions by their noise; range: alike.")]
 Bounds = Annotated[
     Limits,
-    Setting("Change bounds.", metavar="NAME=LOW:HIGH", form=LIMITS, told="bounds of {0} {1:g} to {2:g}"),
+    Setting(
+        "Change bounds; several by commas.", metavar="NAME=LOW:HIGH", form=LIMITS, told="bounds of {0} {1:g} to {2:g}"
+    ),
 ]
 # a pipeline file calls it as Python does
 Fixed = Annotated[
     Pairs,
     Setting(
-        "Hold a parameter.", flag="fix", key="fixed", metavar="NAME=VALUE", form=NUMBERS, told="{0} fixed at {1:g}"
+        "Hold a parameter; several by commas.",
+        flag="fix",
+        key="fixed",
+        metavar="NAME=VALUE",
+        form=NUMBERS,
+        told="{0} fixed at {1:g}",
     ),
 ]
 Only = Annotated[str, Setting("Segments by peak velocity, by condition, or both.", metavar="LMH|MH|PATTERN|MH,PATTERN")]

@@ -52,8 +52,8 @@ def size_of(text: str) -> float:
     return float(match[1]) * SIZES[match[2].upper()]
 
 
-def pairs(option: str, items: Iterable[str] | None) -> list[tuple[str, str]]:
-    """Split NAME=VALUE items of a repeated option.
+def pairs(option: str, items: Iterable[str] | None, form: str = "NAME=VALUE") -> list[tuple[str, str]]:
+    """Split NAME=VALUE items of a repeated option; messages say its ``form``.
 
     Raises
     ------
@@ -63,12 +63,13 @@ def pairs(option: str, items: Iterable[str] | None) -> list[tuple[str, str]]:
     split = [item.partition("=") for item in items or []]
     for name, sign, value in split:
         if not (name and sign and value):
-            raise ConfigError(f"{option} takes NAME=VALUE, not '{name}{sign}{value}'")
+            point = "; decimals have a point, as c=1.5" if not sign and name.strip().isdigit() else ""
+            raise ConfigError(f"{option} takes {form}, not '{name}{sign}{value}'{point}")
     return [(name.strip(), value.strip()) for name, _, value in split]
 
 
 def _apart(items: Iterable[str] | None) -> list[str]:
-    return [one for item in items or [] for one in item.split(",")]
+    return [one for item in items or [] for one in item.split(",") if one.strip()]
 
 
 def number(option: str, text: str) -> float:
@@ -108,7 +109,7 @@ def limits(option: str, items: Iterable[str] | None) -> Limits:
         If an item has no equals sign, or not two numbers.
     """
     found = []
-    for name, value in pairs(option, _apart(items)):
+    for name, value in pairs(option, _apart(items), "NAME=LOW:HIGH"):
         low, colon, high = value.partition(":")
         if not colon:
             raise ConfigError(f"{option} takes NAME=LOW:HIGH, not '{name}={value}'")

@@ -30,7 +30,9 @@ RESISTANCE = Setting(
 Resistance = Annotated[float | Literal["auto"] | None, RESISTANCE]
 Start = Annotated[
     Pairs,
-    Setting("Change a start value.", metavar="NAME=VALUE", form=NUMBERS, told="{0} started at {1:g}"),
+    Setting(
+        "Change a start value; several by commas.", metavar="NAME=VALUE", form=NUMBERS, told="{0} started at {1:g}"
+    ),
 ]
 DrivenBy = Annotated[
     Literal["none", "force", "base"],

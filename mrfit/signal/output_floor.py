@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from mrfit.core.channels import DRIVING, DRIVING_MOTIONS, EXCITATIONS, LEVEL_CHANNELS
+from mrfit.core.channels import DRIVING, DRIVING_MOTIONS, EXCITATIONS, LEVEL_CHANNELS, MOTION_OF_MASS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.drift import SteadyDrift, steady_drift
@@ -26,7 +26,7 @@ SAME_FLOOR_RATIO = 1.3
 
 
 def output_floors(
-    segments: Sequence[Segment], recordings: Mapping[str, Recording], outputs: Sequence[Array]
+    segments: Sequence[Segment], recordings: Mapping[str, Recording], outputs: Sequence[Array], output: str = ""
 ) -> list[NoiseFloor]:
     """Return the noise floor of every segment's output, in its unit.
 
@@ -43,19 +43,21 @@ def output_floors(
         Recordings by id.
     outputs
         Output over each segment, (N,).
+    output
+        Its channel: where that is the motion of a driven mass, no regression on the motion tells its noise.
     """
     middles = [middle_piece(s, recordings[s.recording].dt) for s in segments]
     # one slice: of an output on disk no more than the piece is read
     outputs = [y[m.start - s.start : m.stop - s.start] for s, m, y in zip(segments, middles, outputs, strict=True)]
     segments = middles
-    alone = [cycles_floor(recordings[s.recording], s, y) for s, y in zip(segments, outputs, strict=True)]
+    alone = [cycles_floor(recordings[s.recording], s, y, output) for s, y in zip(segments, outputs, strict=True)]
     unknown = [k for k, floor in enumerate(alone) if floor is None]
     if not unknown:
         return [floor for floor in alone if floor is not None]
     repeated = repeats_floor([segments[k] for k in unknown], recordings, [outputs[k] for k in unknown])
     found = dict(zip(unknown, repeated, strict=True))
     floors = [
-        floor or found[k] or _by_regression(recordings[segments[k].recording], segments[k], outputs[k])
+        floor or found[k] or _by_regression(recordings[segments[k].recording], segments[k], outputs[k], output)
         for k, floor in enumerate(alone)
     ]
     return as_of_one_record(segments, floors)
@@ -80,7 +82,7 @@ def as_of_one_record(segments: Sequence[Segment], floors: Sequence[NoiseFloor]) 
     return found
 
 
-def cycles_floor(recording: Recording, segment: Segment, values: Array) -> NoiseFloor | None:
+def cycles_floor(recording: Recording, segment: Segment, values: Array, output: str = "") -> NoiseFloor | None:
     """Return the noise floor of an output (N,) from the difference of cycles; None where they cannot be compared.
 
     A steady drift is no noise. Of few cycles a trend of the drive, as of a sweep, cannot be told from noise, and at a
@@ -100,7 +102,7 @@ def cycles_floor(recording: Recording, segment: Segment, values: Array) -> Noise
     floor = NoiseFloor(value, "cycles", max(value - 2.0 * width, 0.0), value + 2.0 * width)
     if repeat and (agree or segment.cycles >= TREND_CYCLES):
         return floor
-    other = _by_regression(recording, segment, values)
+    other = _by_regression(recording, segment, values, output)
     if not other.known:
         return not_known(values, float(np.nanmin([value, other.high])))
     return floor if value <= SAME_FLOOR_RATIO * other.value else other
@@ -113,7 +115,9 @@ def cycles_drift(values: Array, segment: Segment, dt: float) -> SteadyDrift | No
     return steady_drift(values - series, series, dt, segment.cycles)
 
 
-def residual_floor(floor: NoiseFloor, recording: Recording, segment: Segment, residual: Array) -> NoiseFloor:
+def residual_floor(
+    floor: NoiseFloor, recording: Recording, segment: Segment, residual: Array, output: str = ""
+) -> NoiseFloor:
     """Return a floor that is not known as that of a model's residual (N,), if a regression of it on the inputs tells.
 
     A model's residual holds the same noise as the output, and less else that a regression could miss. So a floor that
@@ -122,7 +126,7 @@ def residual_floor(floor: NoiseFloor, recording: Recording, segment: Segment, re
     error = float(np.sqrt(np.mean(residual**2)))
     if floor.known and floor.value <= SAME_FLOOR_RATIO * error:
         return floor
-    found = _by_regression(recording, segment, residual)
+    found = _by_regression(recording, segment, residual, output)
     if found.known:
         return found
     highs = [high for high in (floor.high, found.high, error) if np.isfinite(high)]
@@ -159,15 +163,15 @@ def _from_elsewhere(floor: NoiseFloor, value: float) -> NoiseFloor:
     return replace(floor, value=min(value, floor.most), method="other records")
 
 
-def _by_regression(recording: Recording, segment: Segment, values: Array) -> NoiseFloor:
-    motion = motion_of(recording, segment)
+def _by_regression(recording: Recording, segment: Segment, values: Array, output: str) -> NoiseFloor:
+    # the motion of a driven mass holds the very noise that is asked for
+    of_mass = output in MOTION_OF_MASS and segment.drive in EXCITATIONS.values()
+    motion = None if of_mass else motion_of(recording, segment)
     return not_known(values) if motion is None else regression_floor(values, motion)
 
 
 def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     """Return what drives a specimen over a segment, None where nothing that moves was recorded.
-
-    Where a force or a base drives a mass, what moves is the output, whose noise no regression on itself tells.
 
     The inputs are smoothed as recorded, without any series: cycles that differ stay different.
     """
@@ -176,7 +180,7 @@ def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     kept = slice(segment.start - begin, None)
     channels = {n: recording.channels[n][window] for n in DRIVING if n in recording.channels}
     moving = [n for n, values in channels.items() if float(np.ptp(values)) > 0.0]
-    if not moving or segment.drive in EXCITATIONS.values() or segment.stop - begin < WINDOW_MIN:
+    if not moving or segment.stop - begin < WINDOW_MIN:
         return None
     name = moving[0]
     local = Smoother(channels[name], moves=name in DRIVING_MOTIONS)

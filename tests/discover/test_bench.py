@@ -71,7 +71,8 @@ def test_errors_are_multiples_of_the_floor() -> None:
 def test_known_floors_stay_and_the_most_noise_is_that_of_unknown_ones() -> None:
     found = bench(offsets=(0.0, 0.0))
     assert found.most_noise("holdout") == 1.0
-    assert with_residual_floors(found, [np.ones(COUNT)] * 2, {"0": None, "1": None}) == found  # type: ignore[dict-item]
+    known = {"0": None, "1": None}
+    assert with_residual_floors(found, [np.ones(COUNT)] * 2, known, "force") == found  # type: ignore[arg-type]
     train, holdout = found.stretches
     unknown = replace(holdout, noise=NoiseFloor(float("nan"), "not known", holdout.floor, 3.0 * holdout.floor))
     assert replace(found, stretches=(train, unknown)).most_noise("holdout") == pytest.approx(3.0)

@@ -54,6 +54,27 @@ def test_the_same_table_as_csv_gives_the_same(batch: Path) -> None:
     np.testing.assert_allclose([v.variance for v in of_csv], [v.variance for v in of_table], rtol=1e-6)
 
 
+def test_a_list_of_numpy_s_numbers_is_read_as_csv_writes_it_and_other_texts_are_one_line(tmp_path: Path) -> None:
+    rows = ["log,parameter,unit,condition,value,covariance"]
+    written = ("[np.float64(0.04), nan]", "array([0.04, 1.0])", "[0.04, None]", "[4e-2]")
+    rows += [f'u{k},fy,,,{300 + k},"{text}"' for k, text in enumerate(written)]
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    found = read_values([tmp_path / "a.csv"], Settings())
+    assert [v.variance for v in found] == [0.04] * 4
+    assert {(v.condition, v.unit, v.role) for v in found} == {("", "", "")}
+    (tmp_path / "b.csv").write_text("\n".join([*rows[:2], 'u9,fy,,,300,"[0.1 ... 0.2]"']))
+    with pytest.raises(DataError, match="u9: its covariance is no list of numbers"):
+        read_values([tmp_path / "b.csv"], Settings())
+
+
+def test_tests_of_which_each_tells_another_parameter_are_all_counted(batch: Path) -> None:
+    values = read_values([batch / "fleet"], Settings())
+    one, other = (v for v in {v.parameter: v for v in values}.values() if v.parameter in ("fy", "c", "C_inf"))
+    logs = sorted({v.log for v in values})
+    left = [v for v in values if v.parameter == (one.parameter if v.log in logs[:2] else other.parameter)]
+    assert compare(left, Settings())[0].tests == len(logs)
+
+
 def test_a_test_whose_force_is_simulated_is_one_test(batch: Path) -> None:
     for at in ("", "2:0.01:0"):
         settings = Settings(unit="{unit}_2026*", at=at)

@@ -150,6 +150,6 @@ def test_children_are_indented_and_an_empty_element_is_closed_at_once() -> None:
     assert text.endswith('<a>\n  <b k="1"/>\n  <c>x</c>\n</a>\n')
 
 
-@pytest.mark.parametrize("word", ["model", "within", "rem", "tanh", "delay"])
+@pytest.mark.parametrize("word", ["model", "within", "Real", "try", "rem", "tanh", "delay"])
 def test_a_name_that_a_language_or_a_function_has_is_no_prefix(word: str) -> None:
     assert prefix_of(word) == f"{word}_fit" and prefix_of(f"front_{word}") == f"front_{word}"

@@ -147,6 +147,14 @@ def test_a_viscous_damper_has_no_stiffness_and_no_yield() -> None:
     assert found["K_eff"].estimate is not None and found["K_eff"].estimate.low <= 0.0 <= found["K_eff"].estimate.high
 
 
+def test_forces_that_push_outward_have_a_stiffness_below_zero_and_no_damping_ratio() -> None:
+    t = np.arange(0.0, 8.0, 5e-4)
+    moved, speed = 0.015 * np.sin(2 * np.pi * t), 0.03 * np.pi * np.cos(2 * np.pi * t)
+    found = quantities(cycles(recording("k", 5e-4, displacement=moved, force=1500.0 * speed - 500.0 * moved)))
+    assert found["K_eff"].estimate is not None and found["K_eff"].estimate.high < 0.0
+    assert found["xi_eff"].reason == "K_eff is below zero: the forces at the ends push outward"
+
+
 @pytest.mark.parametrize("constant", [0.0, 150.0, 400.0, -400.0])
 def test_a_constant_force_leaves_the_effective_stiffness(constant: float) -> None:
     t = np.arange(0.0, 8.0, 5e-4)

@@ -97,9 +97,13 @@ def test_the_motion_of_a_driven_mass_tells_no_noise_of_itself(excitation: str) -
     made, segment = record(moved, 500.0 * x)
     channels = {"displacement": moved, excitation: 500.0 * x}
     driven = replace(made, channels=channels), replace(segment, drive=excitation)
-    (found,) = output_floors([driven[1]], {"a": driven[0]}, [moved[segment.start :]])
+    (found,) = output_floors([driven[1]], {"a": driven[0]}, [moved[segment.start :]], "displacement")
     assert not found.known
-    assert not residual_floor(found, *driven, (moved - x)[segment.start :]).known
+    assert not residual_floor(found, *driven, (moved - x)[segment.start :], "displacement").known
+    # the force of a damper on a shaken base is regressed on its motion as ever
+    force_of = force(x) + coloured(0.5, 2)
+    (told,) = output_floors([driven[1]], {"a": driven[0]}, [force_of[segment.start :]], "force")
+    assert told.method == "regression"
 
 
 @pytest.mark.parametrize("pole", [0.0, 0.5, 0.9, 0.98])

@@ -174,7 +174,7 @@ def build_bench(
     span = float(np.ptp(np.concatenate([outputs[s.id][s.start : s.stop] for s in segments])))
     if span == 0.0:
         raise DataError(f"the {base.spec.output} is the same in every sample: there is no error to explain")
-    floors = noise_floors(segments, recordings, [outputs[s.id][s.start : s.stop] for s in segments])
+    floors = noise_floors(segments, recordings, [outputs[s.id][s.start : s.stop] for s in segments], base.spec.output)
     least = policy.least_floor * span
     stretches = [
         _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, least)
@@ -187,13 +187,13 @@ def build_bench(
 
 
 def noise_floors(
-    segments: Sequence[Segment], recordings: Mapping[str, Recording], outputs: Sequence[Array]
+    segments: Sequence[Segment], recordings: Mapping[str, Recording], outputs: Sequence[Array], output: str
 ) -> list[NoiseFloor]:
     """Return the noise floor of every segment's output (N,); records without cycles take the colour of those with."""
-    return with_colour(output_floors(segments, recordings, outputs), outputs)
+    return with_colour(output_floors(segments, recordings, outputs, output), outputs)
 
 
-def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping[str, Recording]) -> Bench:
+def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping[str, Recording], output: str) -> Bench:
     """Return a bench in which floors that were not known are those of a fit's residual, where that tells them.
 
     Parameters
@@ -204,9 +204,11 @@ def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping
         Errors of a fit in multiples of the noise floor, one (N_s,) for each stretch of the bench.
     recordings
         Recordings by id.
+    output
+        Channel of the output.
     """
     floors = [
-        residual_floor(s.noise, recordings[s.segment.recording], s.segment, error * s.floor)
+        residual_floor(s.noise, recordings[s.segment.recording], s.segment, error * s.floor, output)
         for s, error in zip(bench.stretches, fit, strict=True)
     ]
     floors = as_of_one_record([s.segment for s in bench.stretches], floors)
