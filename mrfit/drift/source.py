@@ -31,7 +31,7 @@ CYCLES_OF_BLOCK = re.compile(r"-cycles(\d+)to(\d+)$")
 SECONDS_OF_DAY = 86400.0
 FORCE_ENDS = GREATEST_FORCE, LEAST_FORCE = "lambda_max", "lambda_min"
 NO_FILE = "no such file; check the path and its spelling"
-TEXTS = ("log", "condition", "parameter", "unit", "role", "scale", "warnings")
+TEXT_COLUMNS = ("log", "condition", "parameter", "unit", "role", "scale", "warnings")
 NUMBERS_OF_TABLE = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees")
 # Samples of a cycle of a stated motion, and cycles of which the last one counts
 SAMPLES_OF_CYCLE, CYCLES_OF_MOTION = 256, 3
@@ -162,7 +162,7 @@ def read_table(path: Path) -> "DataFrame":
         if path.suffix.lower() == ".parquet":
             return pd.read_parquet(path)
         table = pd.read_csv(path)
-        texts = [name for name in TEXTS if name in table]
+        texts = [name for name in TEXT_COLUMNS if name in table]
         return table.assign(**{name: table[name].astype(object).where(table[name].notna(), "") for name in texts})
     except FileNotFoundError:
         raise DataError(f"{path}: {NO_FILE}") from None

@@ -118,8 +118,8 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
         clock[segment.id] = recording.start + segment.start * recording.dt
         if not segment.cycles and own[0].drive.warm_up:
             leads[segment.id] = _lead(own[0], assembly, theta_of(assembly, result), output)
-    found = output_floors(segments, recordings, outputs, assembly.spec.output)
-    floors = dict(zip((s.id for s in segments), found, strict=True))
+    noise = output_floors(segments, recordings, outputs, assembly.spec.output)
+    floors = dict(zip((s.id for s in segments), noise, strict=True))
     unmeasured = frozenset(s.id for s in segments if s.recording in lacking)
     measured = [k for k, p in enumerate(parts) if p.segment.id not in unmeasured]
     metrics = []

@@ -69,7 +69,7 @@ def pairs(option: str, items: Iterable[str] | None, form: str = "NAME=VALUE") ->
 
 
 def _apart(items: Iterable[str] | None) -> list[str]:
-    return [one for item in items or [] for one in item.split(",") if one.strip()]
+    return [one for item in items or [] for one in item.split(",")]
 
 
 def number(option: str, text: str) -> float:

@@ -11,7 +11,7 @@ from mrfit.cli import console
 from mrfit.cli.options import CommandAnswer
 from mrfit.cli.project import unused_map
 from mrfit.errors import ConfigError, DataError
-from mrfit.settings.forms import constants, limits
+from mrfit.settings.forms import limits, numbers
 from tests.conftest import Run
 
 
@@ -27,16 +27,16 @@ def test_bounds_without_a_colon_are_shown_their_form() -> None:
 def test_constants_of_optimizers_stand_in_one_option_or_in_several() -> None:
     wanted = (("b", 1.2), ("population", 40.0), ("mwoa.N_d", 20.0))
     assert (
-        constants("--opt-set", ["b=1.2,population=40", "mwoa.N_d=20"])
-        == constants("--opt-set", ["b=1.2, population=40 ,mwoa.N_d=20"])
+        numbers("--opt-set", ["b=1.2,population=40", "mwoa.N_d=20"])
+        == numbers("--opt-set", ["b=1.2, population=40 ,mwoa.N_d=20"])
         == wanted
     )
-    assert constants("--opt-set", None) == ()
+    assert numbers("--opt-set", None) == ()
     for wrong in ("b", "b=", "b=1.2,"):
         with pytest.raises(ConfigError, match="--opt-set takes NAME=VALUE"):
-            constants("--opt-set", [wrong])
+            numbers("--opt-set", [wrong])
     with pytest.raises(ConfigError, match="--opt-set: 'x' is not a number"):
-        constants("--opt-set", ["b=x"])
+        numbers("--opt-set", ["b=x"])
 
 
 @pytest.mark.parametrize("command", ["ingest", "predict"])

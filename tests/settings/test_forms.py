@@ -20,7 +20,6 @@ BOUNDS, FIXED = ["fy=1:500", " c = 2:3"], ["fy=1", "c=2.5"]
         (forms.NUMBERS, FIXED, (("fy", 1.0), ("c", 2.5))),
         (forms.CONSTANTS, ["F=0.7,CR=0.9", "mwoa.b=1.2"], (("F", 0.7), ("CR", 0.9), ("mwoa.b", 1.2))),
         (forms.LIMITS, BOUNDS, (("fy", 1.0, 500.0), ("c", 2.0, 3.0))),
-        (forms.NUMBERS, ["a=1,"], (("a", 1.0),)),
         (forms.NUMBERS, ["a=1,b.c=-2", "d=3"], (("a", 1.0), ("b.c", -2.0), ("d", 3.0))),
         (forms.LIMITS, ["a=1:2,b=3:4"], (("a", 1.0, 2.0), ("b", 3.0, 4.0))),
         (forms.TEXTS, ["site=Torino", "press=MTS 810"], (("site", "Torino"), ("press", "MTS 810"))),
