@@ -249,9 +249,6 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
 
 def _heat_before(recording: Recording, segment: Segment) -> float:
     current, begin = recording.channels["current"], max(segment.start - segment.warm_up, 0)
-    if segment.cycles:
-        # the drive leads in with cycles like those that follow, whatever was recorded there
-        begin = segment.start
     # of a recording on disk no more than a chunk is read at a time
     starts = range(0, begin, COLUMN_CHUNK)
     before = sum(_square_sum(current[k : min(k + COLUMN_CHUNK, begin)]) for k in starts)
