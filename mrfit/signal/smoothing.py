@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import ANTIDERIVATIVES, DRIVING_MOTIONS, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
+from mrfit.core.channels import ANTIDERIVATIVES, CONTROL, DRIVING_MOTIONS, EXCITATIONS, FAST_INPUTS, LEVEL_CHANNELS
 from mrfit.core.counting import number_of
 from mrfit.core.recording import FLUX_RESISTANCE, HEAT_BEFORE, Recording, Segment
 from mrfit.core.remembered import remembered
@@ -242,13 +242,13 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
             return level, 0
     if name == FLUX_RESISTANCE:
         return float(recording.condition.get(name, 0.0)), 0
-    if name == HEAT_BEFORE and "current" in recording.channels:
+    if name == HEAT_BEFORE and CONTROL in recording.channels:
         return _heat_before(recording, segment), 0
     raise DataError(f"{recording.source}: no {name} in this log; {_remedy(name)}")
 
 
 def _heat_before(recording: Recording, segment: Segment) -> float:
-    current, begin = recording.channels["current"], max(segment.start - segment.warm_up, 0)
+    current, begin = recording.channels[CONTROL], max(segment.start - segment.warm_up, 0)
     # of a recording on disk no more than a chunk is read at a time
     starts = range(0, begin, COLUMN_CHUNK)
     before = sum(_square_sum(current[k : min(k + COLUMN_CHUNK, begin)]) for k in starts)

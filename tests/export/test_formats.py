@@ -232,12 +232,12 @@ def test_the_same_fit_gives_the_same_bytes(fit: mrfit.FitResult, tmp_path: Path)
 
 
 def test_a_fit_of_conditions_asks_whose_parameters(logs: Path, tmp_path: Path) -> None:
-    found = mrfit.fit(mrfit.read(logs), model="bingham", name="each")
-    with pytest.raises(ConfigError, match=r"^each: has 6 sets of parameters; name one with --condition \(sine-1Hz"):
+    found = mrfit.fit(mrfit.read(logs), model="bingham", name="six")
+    with pytest.raises(ConfigError, match=r"^six: has 6 sets of parameters; name one with --condition \(sine-1Hz"):
         found.export(tmp_path, to="json")
     chosen = found.content.results[4].condition
     found.export(tmp_path, to=["json", "lookup"], condition=chosen)
-    model = json.loads((tmp_path / "each.json").read_text())["export"]
+    model = json.loads((tmp_path / "six.json").read_text())["export"]
     assert model["condition"] == chosen
     given = found.params[found.params["condition"] == chosen]["value"]
     own = found.metrics[found.metrics["condition"] == chosen]
@@ -245,7 +245,7 @@ def test_a_fit_of_conditions_asks_whose_parameters(logs: Path, tmp_path: Path) -
     words = {"train": "training", "holdout": "held out"}
     assert stated == [f"{words[row.role]}: RMSE {row.rmse:.4g} N" for row in own.itertuples()]
     assert {p["name"]: p["value"] for p in model["parameters"]} == given.loc[["fy", "C_inf", "f0"]].to_dict()
-    with pytest.raises(ConfigError, match="^--condition 'nix': each has no parameters of it; there are sine-1Hz"):
+    with pytest.raises(ConfigError, match="^--condition 'nix': six has no parameters of it; there are sine-1Hz"):
         found.export(tmp_path, to="json", condition="nix")
 
 
