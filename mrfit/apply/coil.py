@@ -20,6 +20,7 @@ import numpy as np
 
 from mrfit.apply.circuit import Circuit, energised, energised_by_flux, magnetised, terminal
 from mrfit.apply.damper import parameters_for_all
+from mrfit.apply.framed import FramedResult
 from mrfit.apply.history import fitted_history
 from mrfit.core import registry
 from mrfit.core.arguments import check_arguments
@@ -155,7 +156,7 @@ def coil_of(fit: "FitResult | Coil") -> Coil:
 
 
 @dataclass(frozen=True, repr=False)
-class FluxCurrent:
+class FluxCurrent(FramedResult):
     """The current of a flux linkage.
 
     Attributes
@@ -181,9 +182,6 @@ class FluxCurrent:
         from pandas import DataFrame
 
         return DataFrame({"current": self.current, "magnetising": self.magnetising})
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
 
 @check_arguments
@@ -314,7 +312,7 @@ class _KnownPart:
 
 
 @dataclass(frozen=True, repr=False)
-class FluxCommand:
+class FluxCommand(FramedResult):
     """A wanted flux linkage, the voltage for it, and what comes of it.
 
     Attributes
@@ -361,9 +359,6 @@ class FluxCommand:
 
         names = ("wanted", "voltage", "flux", "current", "predicted", "commanded_current", "at_limit")
         return DataFrame({n: getattr(self, n) for n in names}, index=Index(self.time, name="time"))
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
 
 @check_arguments

@@ -9,6 +9,7 @@ import numpy as np
 from mrfit.apply.car import AdaptiveCheck, Car, Control, Ride, Timing, adaptive, drive, rms
 from mrfit.apply.chatter import OR, SOFTENING, told_apart
 from mrfit.apply.damper import Damper
+from mrfit.apply.framed import FramedResult
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
 from mrfit.apply.tested import NamedMotion, beyond_tests
@@ -26,7 +27,7 @@ _AGREE = 0.02
 
 
 @dataclass(frozen=True, repr=False)
-class QuarterCar:
+class QuarterCar(FramedResult):
     """A study: what was asked, and every ride in numbers.
 
     Attributes
@@ -116,9 +117,6 @@ class QuarterCar:
             checks=[schemas.CheckRow(control=name, **asdict(check)) for name, check in self.checks],
             findings=self.findings,
         )
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
     def to_frame(self) -> "DataFrame":
         """Return the rows, what was found of chatter beside them."""

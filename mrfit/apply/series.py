@@ -8,6 +8,7 @@ import numpy as np
 
 from mrfit.apply.damper import Damper
 from mrfit.apply.following import inverted
+from mrfit.apply.framed import FramedResult
 from mrfit.apply.inverse import FLAGS, Inverter, prompt
 from mrfit.apply.solving import REACHED
 from mrfit.apply.stepper import Stepper
@@ -25,7 +26,7 @@ _BLOCK = 1000
 
 
 @dataclass(frozen=True, repr=False)
-class Inversion:
+class Inversion(FramedResult):
     """Currents for a series of desired forces; arrays (N,), SI.
 
     Attributes
@@ -110,9 +111,6 @@ class Inversion:
             dead_time=self.dead_time,
             behind=self.behind,
         )
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
     def to_frame(self) -> "DataFrame":
         """Return every sample."""

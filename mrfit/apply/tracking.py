@@ -18,6 +18,7 @@ import numpy as np
 
 from mrfit.apply.damper import Damper
 from mrfit.apply.following import Course, Lane, Scheme, tracked
+from mrfit.apply.framed import FramedResult
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
@@ -151,7 +152,7 @@ class TrackingCase:
 
 
 @dataclass(frozen=True, repr=False)
-class TrackingStudy:
+class TrackingStudy(FramedResult):
     """Every law by every scheme on every motion, and the settings."""
 
     damper: Damper
@@ -194,9 +195,6 @@ class TrackingStudy:
             for c in self.cases
             if c.lag and (key := (c.motion, c.law, c.scheme)) in without
         ]
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}\n{self.to_frame()!r}"
 
     def to_frame(self) -> "DataFrame":
         """Return the errors."""

@@ -8,7 +8,7 @@ import pint
 
 from mrfit.contracts.check import Check, check_of, need, need_close
 from mrfit.contracts.signals import CONTRACT_SAMPLES, DT, for_models
-from mrfit.core.channels import CHANNELS
+from mrfit.core.channels import ANTIDERIVATIVES, CHANNELS
 from mrfit.core.protocols import (
     HasDerived,
     HasFarStarts,
@@ -21,7 +21,6 @@ from mrfit.core.protocols import (
 from mrfit.core.specs import Array, ModelSpec
 
 _ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", "saturation", "coercive", ""}
-RATE_CHANNELS = ("velocity", "acceleration", "angular_velocity", "angular_acceleration")
 
 
 def drive_of(spec: ModelSpec) -> Array:
@@ -95,8 +94,10 @@ def response_is_finite_at_rest(model: Model) -> None:
     """The response is finite where the motion rests, as at the ends of a slow test, and where nothing moves at all."""
     drive = drive_of(model.SPEC)
     for row, name in zip(drive, model.SPEC.inputs, strict=True):
-        row[200:300] = 0.0 if name in RATE_CHANNELS else row[200]
-    still = np.where(np.isin(model.SPEC.inputs, RATE_CHANNELS)[:, None], 0.0, drive[:, :1]) * np.ones_like(drive)
+        row[200:300] = 0.0 if name in ANTIDERIVATIVES else row[200]
+    still = np.where(np.isin(model.SPEC.inputs, list(ANTIDERIVATIVES))[:, None], 0.0, drive[:, :1]) * np.ones_like(
+        drive
+    )
     for held, where in ((drive, "while it rests"), (still, "where it never moves")):
         out = model.response(held, theta_of(model.SPEC, 5), DT)
         need(np.isfinite(out).all(), f"not finite {where}: of a rate of 0, or of an input that does not change")

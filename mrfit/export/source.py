@@ -177,8 +177,8 @@ class ExportSource:
     def drive(self, stretch: LogStretch) -> Array:
         """Return the inputs of a stretch (C, N) in the order of the SPEC; time counts from its first sample."""
         samples = len(stretch.measured)
-        own = dict.fromkeys(SOURCE_INPUTS, np.zeros(samples)) | {TIME_CHANNEL: np.arange(samples) * stretch.dt}
-        rows = {**own, **stretch.inputs}
+        constants = dict.fromkeys(RECORD_CONSTANTS, np.zeros(samples))
+        rows = {TIME_CHANNEL: np.arange(samples) * stretch.dt, **constants, **stretch.inputs}
         return np.stack([np.asarray(rows[n], dtype=np.float64) for n in self.spec.inputs])
 
     def simulate(self, drive: Array, dt: Steps) -> Array:
