@@ -93,11 +93,9 @@ def response_is_finite_within_the_bounds(model: Model) -> None:
 def response_is_finite_at_rest(model: Model) -> None:
     """The response is finite where the motion rests, as at the ends of a slow test, and where nothing moves at all."""
     drive = drive_of(model.SPEC)
-    for row, name in zip(drive, model.SPEC.inputs, strict=True):
-        row[200:300] = 0.0 if name in ANTIDERIVATIVES else row[200]
-    still = np.where(np.isin(model.SPEC.inputs, list(ANTIDERIVATIVES))[:, None], 0.0, drive[:, :1]) * np.ones_like(
-        drive
-    )
+    still = np.empty_like(drive)
+    for row, rest, name in zip(drive, still, model.SPEC.inputs, strict=True):
+        rest[:] = row[200:300] = 0.0 if name in ANTIDERIVATIVES else row[200]
     for held, where in ((drive, "while it rests"), (still, "where it never moves")):
         out = model.response(held, theta_of(model.SPEC, 5), DT)
         need(np.isfinite(out).all(), f"not finite {where}: of a rate of 0, or of an input that does not change")
