@@ -267,4 +267,5 @@ def _old(workspace: Workspace, report: ReportFile, inputs: Inputs) -> str:
     made = (workspace.report_folder / "report.json").stat().st_mtime
     if newer := sorted({p.stem for p in prediction_files(workspace) if p.stat().st_mtime > made}):
         return f"predictions were saved since: {few(newer, FITS_SHOWN)}"
-    return "the fits or predictions it shows, or the recordings, flux linkage or segments, have changed since"
+    read = "recordings, flux linkage or segments" if inputs.flux else "recordings or segments"
+    return f"the fits or predictions it shows, or the {read}, have changed since"

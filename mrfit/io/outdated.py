@@ -98,7 +98,10 @@ class Inputs:
 
     def __init__(self, workspace: Workspace) -> None:
         self.fault, self.contents, self.segments = "", dict[str, str](), list[Segment]()
+        self.flux = False
+        """Whether there is a flux linkage, which a damper has not."""
         try:
+            self.flux = workspace.flux_file() is not None
             self.contents, self.segments = workspace.made_from(workspace.segments())
             if why := flux_reason(workspace):
                 self.fault = f"the flux linkage is out of date: {why}"
@@ -135,7 +138,7 @@ class Inputs:
         if not law and result.key == key(result.settings, self.contents, self.segments, result.code):
             return other_code(result.code, stage)
         if result.data_sha256 != digest_of(self.contents):
-            data = "its recordings, or their flux linkage, have changed since"
+            data = f"its recordings{', or their flux linkage,' * self.flux} have changed since"
         elif not result.segments_sha256 and not law:
             data = "the segments, or a plug-in that it was made with, have changed since"
         else:

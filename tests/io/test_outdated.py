@@ -121,7 +121,7 @@ def test_a_fit_of_what_is_here_has_no_reason(workspace: Workspace) -> None:
     ("changed", "said"),
     [
         ({"key": "other", "code": ""}, UNKNOWN_REASON),
-        ({"key": "other", "data_sha256": "other"}, "its recordings, or their flux linkage, have changed since"),
+        ({"key": "other", "data_sha256": "other"}, "its recordings have changed since"),
         ({"key": "other", "segments_sha256": "other"}, "the segments have changed since"),
         (
             {"key": "other", "segments_sha256": ""},
