@@ -1,4 +1,4 @@
 """A fit put to use: the current for a force, forces tracked, a quarter car, the flux linkage of a coil.
 
-``mrfit.apply.invert``, ``track``, ``quarter_car``, ``damper``, ``coil`` and what they take; ``dir(mrfit.apply)`` lists them.
+``dir(mrfit.apply)`` lists the functions, such as ``invert``, ``track`` and ``quarter_car``, and the classes they take.
 """
