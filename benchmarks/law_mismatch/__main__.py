@@ -6,6 +6,7 @@ Parts may be run on their own into one ``--keep`` folder; the same command witho
 import argparse
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 # cases run beside each other, each on one thread
@@ -33,6 +34,7 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--count", type=int, help="specimens a group; default: the protocol's")
     parser.add_argument("--first", type=int, default=0, help="number of the first specimen: others are fresh ones")
     parser.add_argument("--bases", default="1", help="how many drawn for each specimen, or a list: bingham,tanh")
+    parser.add_argument("--conditions", type=int, default=0, help="how many each specimen has; default: 6 to 20, drawn")
     parser.add_argument("--match", default="", help="only cases whose name holds this text")
     parser.add_argument("--part", default="1/1", help="K/N: every N-th case from the K-th on")
     parser.add_argument("--jobs", type=int, default=1, help="cases at a time")
@@ -55,7 +57,8 @@ def chosen_cases(options: argparse.Namespace) -> list[Case]:
     for group in groups:
         if group in COUNTS:
             count = COUNTS[group] if options.count is None else options.count
-            cases += generated(options.split, group, count, bases, each, options.first)
+            drawn = generated(options.split, group, count, bases, each, options.first)
+            cases += [_of_conditions(case, options.conditions) for case in drawn]
     wanted = [g for g in ("real", "planted") if g in groups or (g == "real" and "planted" in groups)]
     if wanted and not realsets.available():
         sys.stderr.write("MRFIT_REAL_LOGS does not name the folder of real logs: real records are left out\n")
@@ -65,6 +68,11 @@ def chosen_cases(options: argparse.Namespace) -> list[Case]:
     cases = [c for c in cases if options.match in c.name]
     first, parts = (int(word) for word in options.part.split("/"))
     return cases[first - 1 :: parts]
+
+
+def _of_conditions(case: Case, count: int) -> Case:
+    """Return a case with as many conditions, under a name of its own; as it is for 0."""
+    return replace(case, name=f"{case.name}-of-{count}", conditions=count) if count else case
 
 
 def main() -> int:

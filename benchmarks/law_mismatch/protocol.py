@@ -31,8 +31,8 @@ class Case:
         As on the command line.
     hidden
         Effects, by the names of ``faults``.
-    family, seed, memory
-        Of a generated specimen.
+    family, seed, memory, conditions
+        Of a generated specimen; 0 conditions leave their number to its seed.
     records, share
         Set of real records, and the size of what is planted over the range.
     """
@@ -45,6 +45,7 @@ class Case:
     family: str = ""
     seed: int = 0
     memory: float = 1.0
+    conditions: int = 0
     records: str = ""
     share: float = 0.0
 

@@ -122,7 +122,9 @@ def cases(split: str, group: str, bases: tuple[str, ...]) -> list[Case]:
                 for share in SHARES:
                     word = f"{title}-{plant}-{round(100 * share)}"
                     seed = crc32(word.encode())
-                    made.append(Case(f"{word}-{base}", split, group, base, (plant,), "", seed, 1.0, records, share))
+                    made.append(
+                        Case(f"{word}-{base}", split, group, base, (plant,), seed=seed, records=records, share=share)
+                    )
     return made
 
 

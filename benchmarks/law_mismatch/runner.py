@@ -43,7 +43,7 @@ def asked_of(case: Case) -> tuple[Asked, dict[str, dict[str, Any]], dict[str, An
     if case.records:
         asked, truth = realsets.asked_of(case)
         return asked, truth, {"kind": case.records, "conditions": len(asked.channels)}
-    made, truth = specimen(case.split, case.family, case.hidden, case.seed, case.memory)
+    made, truth = specimen(case.split, case.family, case.hidden, case.seed, case.memory, case.conditions)
     recorded = logs(made)
     channels = [
         {"displacement": r.displacement, "force": r.force, "current": r.current, "temperature": r.temperature}

@@ -130,10 +130,13 @@ def logs(specimen: Specimen) -> list[Log]:
     return made
 
 
-def specimen(split: str, family: str, hidden: tuple[str, ...], seed: int, memory: float = 1.0) -> tuple[Specimen, dict]:
+def specimen(
+    split: str, family: str, hidden: tuple[str, ...], seed: int, memory: float = 1.0, conditions: int = 0
+) -> tuple[Specimen, dict]:
     """Return a specimen with effects hidden in it, and the truth about them: name -> values, size ….
 
-    ``memory`` is 1 for a law that forgets in time, else its yield travel over the half-stroke.
+    ``memory`` is 1 for a law that forgets in time, else its yield travel over the half-stroke. ``conditions`` is their
+    number, 0 for one drawn from 6 to 20.
     """
     rng = np.random.default_rng([seed, 1])
     kind = str(rng.choice(list(DRIVES[split])))
@@ -142,7 +145,8 @@ def specimen(split: str, family: str, hidden: tuple[str, ...], seed: int, memory
     rate = float(rng.choice(RATES))
     frequency = min(rate / rng.uniform(100, 400), 15.0)
     stroke = min(between(rng, 4e-3, 30e-3), 0.9 / (4 * np.pi * frequency))
-    count = int(rng.integers(6, 21))
+    drawn = int(rng.integers(6, 21))
+    count = conditions or drawn
     duration = min(max(8 / frequency, 2000 / rate), max(SAMPLES / count / rate, 5 / frequency))
     drive = Drive(stroke, frequency, duration)
     tests, top = _plan(split, kind, switching, drive, count, rng)

@@ -208,3 +208,10 @@ def test_noise_is_as_stated() -> None:
     span = max(q.force.max() for q in a) - min(q.force.min() for q in a)
     error = np.concatenate([p.force - q.force for p, q in zip(b, a, strict=True)])
     assert np.std(error) / span == pytest.approx(0.01, rel=0.05)
+
+
+def test_a_stated_number_of_conditions_leaves_the_rest_of_a_specimen_as_drawn() -> None:
+    drawn, _ = specimen("evaluation", "dahl-stribeck", (), 5)
+    stated, _ = specimen("evaluation", "dahl-stribeck", (), 5, conditions=6)
+    assert len(drawn.tests) in range(6, 21) and len(stated.tests) == 6
+    assert (stated.kind, stated.rate, stated.drive.stroke) == (drawn.kind, drawn.rate, drawn.drive.stroke)
