@@ -76,7 +76,8 @@ def joint() -> Fit:
     current = [0.0, 1.0, 1.0, 2.0]
     value, half = np.array([0.0, 100.0, 150.0, 200.0]), 5.0
     ends = [(value + k * half).tolist() for k in (-1.0, 1.0, -2.0, 2.0)]
-    band = Band("fy", current, value.tolist(), *ends)
+    names = ("low", "high", "low_everywhere", "high_everywhere")
+    band = Band(name="fy", current=current, value=value.tolist(), **dict(zip(names, ends, strict=True)))
     nodes = [
         Quantity(name=f"fy@{i:g}A", value=100.0 * i, unit="N", text=f"yield force at {i:g} A", low=90.0 * i)
         for i in (0.0, 2.0)
@@ -111,7 +112,7 @@ def test_what_has_no_several_values_cannot_be_drawn() -> None:
 
 def test_a_profile_is_a_parabola_through_what_was_computed_and_a_line_at_its_quantile() -> None:
     values = np.array([3.0, -2.0, 0.0, 1.0, 2.0])
-    profile = Profile("fy", values.tolist(), np.abs(values).tolist(), 2.0)
+    profile = Profile(name="fy", values=values.tolist(), rises=np.abs(values).tolist(), quantile=2.0)
     quantity = Quantity(name="fy", value=0.0, unit="N", text="yield force", low=-2.0, high=None)
     result = Result(condition="all", evaluations=1, parameters=[quantity], profiles=[profile])
     fit = Fit(name="p", model="bingham", optimizer="lsq", output="force", results=[result], metrics=[])
