@@ -102,7 +102,11 @@ def test_a_growing_log_is_read_until_it_rests(monkeypatch: pytest.MonkeyPatch) -
 
 
 def lag(name: str, late: float, dead: float | None) -> CommandLag:
-    return CommandLag(name, late, dead, None if dead is None else late - dead, None, None, 0, 1.0, 0.01)
+    constant = None if dead is None else late - dead
+    return CommandLag(
+        recording=name, lag=late, dead_time=dead, time_constant=constant, response_time=None, measured_response=None,
+        steps=0, gain=1.0, error=0.01,
+    )  # fmt: skip
 
 
 def test_lags_are_in_milliseconds_and_what_is_not_told_apart_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
@@ -121,8 +125,10 @@ def test_values_that_look_the_same_are_said_once() -> None:
 
 def test_a_fast_test_is_said_to_be_no_slow_one(capsys: pytest.CaptureFixture[str]) -> None:
     slow = SheetSettings().slow
-    rows = [QuasiStatic(n, 1e4, 50.0, 0.0, 1.0, v, 4, 0.1) for n, v in (("a", slow), ("b", 1.1 * slow))]
-    measure._print_quasi_static(rows)
+    one = QuasiStatic(
+        recording="a", stiffness=1e4, friction=50.0, offset=0.0, loss=1.0, peak_speed=slow, ways=4, spread=0.1
+    )
+    measure._print_quasi_static([one, replace(one, recording="b", peak_speed=1.1 * slow)])
     shown = capsys.readouterr()
     assert [line.partition(":")[0] for line in shown.err.splitlines()] == ["b"]
     assert shown.out.splitlines()[-1] == "Quasi-static test of 2 logs: stiffness 1e+04 N/m, friction 50 N"
@@ -194,7 +200,10 @@ def replace_of(row: SimpleNamespace, **changes: Any) -> Any:
 
 def exported(failed: dict[str, str]) -> Exported:
     files = [f"{k}.c" for k in range(6)]
-    rows = [Format(format="c", files=files, said=["checked"], error=1e-12), Format(format="json", files=["a.json"])]
+    rows = [
+        Format(format="c", files=files, said=["checked"], error=1e-12),
+        Format(format="json", files=["a.json"], said=[], error=None),
+    ]
     return Exported(fit="f", model="tanh", folder="out", formats=rows, failed=failed, outdated=["old", "older"])
 
 

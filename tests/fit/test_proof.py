@@ -97,9 +97,12 @@ def test_other_reasons_are_told_beside_and_the_same_one_once(monkeypatch: pytest
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 0.0),
         # over the range of what the fit simulated
         ([1.0, 2.0, 4.0], [1.0, 2.0, 3.0], 0.5),
+        # where both diverge they are alike, and the rest is compared as ever
         ([np.nan, 2.0], [np.nan, 2.0], 0.0),
-        ([np.inf, 2.0], [np.inf, 2.0], 0.0),
+        ([np.inf, 2.0, 3.5], [np.inf, 2.0, 3.0], 0.5),
+        ([np.nan], [np.nan], 0.0),
         ([np.nan, 2.0], [1.0, 2.0], np.nan),
+        ([np.inf, 2.0], [1.0, 2.0], np.inf),
         # of an output that rests the difference itself counts
         ([2.0, 2.25], [2.0, 2.0], 0.25),
     ],
@@ -109,8 +112,8 @@ def test_two_simulations_differ_by_a_share_of_the_outputs_range(
 ) -> None:
     found = _largest([(np.array(now), np.array(then))])
     assert found == pytest.approx(difference, nan_ok=True)
-    apart = _largest([(np.array([x]), np.array([y])) for x, y in zip(now, then, strict=True)])
-    assert apart == pytest.approx(difference, nan_ok=True)
+    parts = [(np.array([x]), np.array([y])) for x, y in zip(now, then, strict=True)]
+    assert _largest(parts) == pytest.approx(difference, nan_ok=True)
 
 
 def fitted(count: int, samples: int = 4) -> tuple[Fit, list[Any], list[Array]]:

@@ -42,7 +42,7 @@ def test_what_is_wrong_whatever_the_data_is_said_before_they_are_read(settings: 
 
 def test_what_is_given_at_a_node_of_current_waits_for_the_data() -> None:
     asked = Settings(
-        "bingham", per="all", bounds=(("fy@1A", 0.0, 9.0),), start=(("fy@1A", 3.0),), fixed=(("c@9A", 1.0),)
+        "bingham", per="all", bounds=(("fy@1A", 1.0, 9.0),), start=(("fy@1A", 3.0),), fixed=(("c@9A", 1.0),)
     )
     stage.check(asked)
     with pytest.raises(ConfigError, match="c"):
