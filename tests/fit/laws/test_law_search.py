@@ -124,13 +124,13 @@ def test_two_points_tell_no_form_and_a_law_through_all_has_the_one_that_comes_ne
 
 def test_of_three_levels_the_own_form_stays_unless_another_is_three_times_nearer() -> None:
     search, (k, *_) = plainly(3)
-    # a bend of each size beside a line: an exponential is nearer than a line only where it is clearly one
-    for bend, form in ((0.0, "plain"), (0.1, "plain"), (1.0, "log")):
-        rising = np.exp(bend * search.tests.currents) if bend == 1.0 else 1.0 + search.tests.currents
-        theta = search.tests.theta.copy()
-        theta[:, search.tests.free[k]] = 100.0 * rising + bend * (bend < 1.0)
+    # an exponential is nearer than a line to all but the first, more than three times to the last alone
+    for bend, form in ((0.0, "plain"), (0.4, "plain"), (1.0, "log")):
+        theta, currents = search.tests.theta.copy(), search.tests.currents
+        theta[:, search.tests.free[k]] = 100.0 * (1.0 + currents + bend * currents**2)
         own = LawSearch(replace(search.tests, theta=theta), search.groups, search.reference, {})
         assert own.own_form(k, 2) == form
+        assert (own._distance(k, "log") < own._distance(k, "plain")) is (bend > 0.0)
 
 
 @pytest.mark.parametrize(
