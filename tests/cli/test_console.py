@@ -28,6 +28,8 @@ def test_every_column_stands_in_one_table_with_the_first_beside_it_and_within_th
 ) -> None:
     parts = _tables_below(least, room)
     assert [part[0] for part in parts] == [0] * len(parts)
+    # none has the first alone
+    assert len(least) == 1 or all(len(part) > 1 for part in parts)
     assert [k for part in parts for k in part[1:]] == list(range(1, len(least)))
     for part, behind in zip(parts, [*parts[1:], [0]], strict=True):
         # one beside the first is always shown; a further table begins only where its column had no room
