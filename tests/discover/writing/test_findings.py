@@ -21,9 +21,7 @@ from tests.discover.world import fit
 DT = 0.01
 
 
-def stretch(
-    name: str, role: str, count: int, floor: float = 1.0, known: bool = True, **more: Any
-) -> SimpleNamespace:
+def stretch(name: str, role: str, count: int, floor: float = 1.0, known: bool = True, **more: Any) -> SimpleNamespace:
     segment = SimpleNamespace(id=f"{name}#0", condition=name, role=role, samples=count, cycles=0)
     own = {"measured": np.linspace(0.0, 1.0, count), "recorded": 0.0, "level_rate": 0.0} | more
     noise = SimpleNamespace(known=known)
@@ -122,9 +120,7 @@ def test_tests_of_unknown_noise_are_asked_for_twice_only_where_the_noise_decides
 
 
 def test_the_page_has_every_sample_with_its_time_and_errors_in_the_unit_of_the_output() -> None:
-    own = bench(
-        stretch("h", "holdout", 2, floor=3.0, recorded=7.0), stretch("t", "train", 3, floor=2.0, recorded=0.5)
-    )
+    own = bench(stretch("h", "holdout", 2, floor=3.0, recorded=7.0), stretch("t", "train", 3, floor=2.0, recorded=0.5))
     before, after = errors([np.ones(2)], [np.arange(3.0)]), errors([np.zeros(2)], [np.full(3, -1.0)])
     found = series_of(own, before, after)
     assert found["segment"].tolist() == [1.0, 1.0, 1.0, 0.0, 0.0]

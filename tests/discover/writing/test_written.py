@@ -56,7 +56,9 @@ def test_equations_without_a_solution_are_a_reason_and_no_failure(monkeypatch: p
     monkeypatch.setattr(formula, "base_of", fails)
     monkeypatch.setattr(law_repair, "repaired", fails)
     monkeypatch.setattr(law_repair, "base_on", lambda *given: (None, None))
-    found = formula.with_formula(EXACT, bench(*MOTION), cast(Any, SimpleNamespace(**vars(base()), theta=None)), STANDARD)
+    found = formula.with_formula(
+        EXACT, bench(*MOTION), cast(Any, SimpleNamespace(**vars(base()), theta=None)), STANDARD
+    )
     assert found.proposed is not None and "no solution on these data" in found.proposed.reason
     repaired = law_repair.with_law_repair(EXACT, bench(*MOTION), base(), STANDARD)
     assert repaired.lacking is not None and "no solution on these data" in repaired.lacking.reason
