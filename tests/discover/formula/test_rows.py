@@ -1,7 +1,9 @@
 """Scaled variables of records, and columns beside the best law."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -44,7 +46,7 @@ def test_without_a_temperature_it_stands_still() -> None:
     assert "T" not in moving(samples, scales)
 
 
-def _without(channels: dict[str, Array], name: str = "temperature") -> dict[str, Array]:
+def _without(channels: Mapping[str, Array], name: str = "temperature") -> dict[str, Array]:
     return {n: c for n, c in channels.items() if n != name}
 
 
@@ -136,5 +138,5 @@ def test_rows_are_parted_by_records_and_weighed_anew() -> None:
 
 def test_means_over_rows_are_taken_where_a_row_is_several_samples() -> None:
     setting = SimpleNamespace(**{**vars(rows().setting), "row_means": lambda k, v: v.reshape(20, 2).mean(axis=1)})
-    halved = replace(rows(), setting=setting, weights=np.ones(40))
+    halved = replace(rows(), setting=cast(RegressionData, setting), weights=np.ones(40))
     np.testing.assert_allclose(halved.column(term(("x", "line")))[:20], U.reshape(20, 2).mean(axis=1))

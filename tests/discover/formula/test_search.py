@@ -8,6 +8,7 @@ import pytest
 
 from mrfit.discover.formula import search
 from mrfit.discover.formula.factors import Term
+from mrfit.discover.formula.rows import FormulaRows
 from mrfit.discover.formula.search import _Grid, again, as_good, chosen, refined
 from mrfit.discover.formula.standing import Certainty, Formula, measured
 from mrfit.discover.policy import STANDARD
@@ -96,9 +97,14 @@ def test_a_formula_of_no_more_terms_is_as_good_if_conditions_do_not_tell_it_apar
 def test_formulas_far_from_the_best_are_not_looked_at_again_and_near_ones_are_refined(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked = []
+    asked: list[tuple[tuple[Term, ...], int]] = []
+
+    def noted(rows: FormulaRows, terms: tuple[Term, ...], steps: int) -> tuple[Term, ...]:
+        asked.append((terms, steps))
+        return terms
+
     monkeypatch.setattr(search, "measured", lambda rows, terms: of(terms, 1.0))
-    monkeypatch.setattr(search, "refined", lambda rows, terms, steps: asked.append((terms, steps)) or terms)
+    monkeypatch.setattr(search, "refined", noted)
     found = [of([LINE], 1.0), of([SQUARE], 1.59), of([CUBE], 1.61), of([SIDE], 3.9), of([LINE, SIDE], 4.1)]
     assert [f.terms for f in again(ROWS, found, STANDARD)] == [(LINE,), (SQUARE,), (CUBE,), (SIDE,)]
     assert asked == [((LINE,), STANDARD.formula_steps_again), ((SQUARE,), STANDARD.formula_steps_again)]

@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from mrfit.core.specs import Invariance
 from mrfit.discover.policy import STANDARD, Policy
@@ -45,6 +47,8 @@ class LawWorld:
         Of effects.
     taken
         What an effect takes beside flexible terms: share and standard errors.
+    number, moved
+        Parameter of every effect, and what a longer memory moves it by.
     """
 
     shares: Mapping[str, float]
@@ -55,6 +59,8 @@ class LawWorld:
     invariances: Mapping[str, Invariance] = field(default_factory=dict)
     constant: Sequence[str] = ()
     taken: tuple[float, float] = (0.5, 20.0)
+    number: EffectParameter = NUMBER
+    moved: float = 0.0
     asked: list[tuple[Any, ...]] = field(default_factory=list)
     groups: int = 8
 
@@ -85,7 +91,8 @@ class LawWorld:
         own |= self.rows.get(f"{name} weighed", {}) if name in weighed else {}
         other = {n: own.pop(n) for n in ("error", "sign", "numbers", "unsure") if n in own}
         row = RefinedEffect(name, replace(GOOD, **own), **{"error": 1.0, **other})
-        return EffectDescription(row, (NUMBER,), FORCE)
+        number = replace(self.number, value=self.number.value + self.moved * longer)
+        return EffectDescription(row, (number,), FORCE)
 
     def left(self, state: State, longer: bool = False) -> float:
         """Return the error of the best law, the same for any."""
@@ -224,13 +231,6 @@ def test_effects_that_take_turns_are_exchanged_a_few_times_only(most: int, last:
     assert found.effects == (last,)
 
 
-def test_an_effect_that_is_in_is_no_rival_of_another() -> None:
-    world = LawWorld({"a": 0.9, "b": 0.5})
-    first = LawSelection(state={"a": (1.0,), "b": (1.0,)}, rivals={"a": ("b", "c"), "gone": ("a",)})
-    found = AnyLaw(world, replace(STANDARD, swap_share=9.0)).judged_together(first)
-    assert dict(found.rivals) == {"a": (), "b": ()}
-
-
 def test_what_a_law_of_longer_memory_may_have_is_taken_out() -> None:
     for z, stands in ((2.1, True), (1.9, False)):
         world = LawWorld({"a": 0.6}, {"a longer": {"z": z, "kept": 0.2, "share": 0.2}})
@@ -240,6 +240,17 @@ def test_what_a_law_of_longer_memory_may_have_is_taken_out() -> None:
         assert world.asked[-1][-1] is True
         if not stands:
             assert found.reasons["a"].startswith("a law that remembers for longer may have it: only 1.9")
+
+
+def test_an_interval_knows_what_a_longer_memory_moves_a_number_by() -> None:
+    """Half of it is that over groups beside the shift, times the quantile of 8 groups."""
+    for number, half in ((NUMBER, np.hypot(1.0, student.ppf(0.975, 7) * 0.6)), (replace(NUMBER, low=None), None)):
+        comparison = AnyLaw(LawWorld({"a": 0.6}, number=number, moved=-0.6), STANDARD)
+        (found,) = comparison.beside_longer_memory(comparison.selected()).found
+        told = found.parameters[0]
+        assert told.value == 10.0
+        assert (told.low, told.high) == (pytest.approx((10.0 - half, 10.0 + half)) if half else (None, 11.0))
+        assert found.force == FORCE
 
 
 def unnamed(share: float, breaks: Invariance = Invariance.ODDNESS) -> BrokenInvariance:
