@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AliasChoices, BaseModel, BeforeValidator, Field, create_model, model_validator
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, create_model, model_validator
 
 import mrfit.settings.compare
 import mrfit.settings.discover
@@ -23,10 +23,16 @@ from mrfit.io.toml_file import TomlTable, read_tables
 Made = TypeVar("Made")
 
 
+class SettingsTable(TomlTable):
+    """A table of settings: TOML has infinities, and no setting takes one."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+
 def table_of(kind: type[Any], /, **more: Any) -> type[TomlTable]:
     """Return the table of a pipeline file that holds settings of a kind, with more keys before those of its fields."""
     keys: dict[str, Any] = {**more, **{key_of(f): _key(f) for f in _written(kind)}}
-    return create_model(kind.__module__.rpartition(".")[2], __base__=TomlTable, **keys)
+    return create_model(kind.__module__.rpartition(".")[2], __base__=SettingsTable, **keys)
 
 
 def made_of(kind: type[Made], table: BaseModel, **decided: object) -> Made:

@@ -126,9 +126,11 @@ def _options(name: str, table: object) -> dict[str, object]:
 
 def _written(field: SettingField, value: object) -> object:
     """Return a value of TOML as the option of its field is written: NAME=VALUE or NAME=LOW:HIGH of a table."""
-    if isinstance(value, dict):
-        return [f"{n}={':'.join(map(str, v)) if isinstance(v, (list, tuple)) else v}" for n, v in value.items()]
-    repeated = field.setting is not None and field.setting.form is not None and "list" in str(field.setting.form.option)
+    form = field.setting.form if field.setting else None
+    if isinstance(value, dict) and form:
+        # of constants of one optimizer a table is in the table
+        return [f"{name}={':'.join(map(str, rest))}" for name, *rest in form.load(value)]
+    repeated = form is not None and "list" in str(form.option)
     if isinstance(value, (list, tuple)):
         return [str(v) for v in value] if repeated else ",".join(map(str, value))
     return value

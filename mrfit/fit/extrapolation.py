@@ -120,7 +120,7 @@ def extrapolations(trained: Extents, predicted: Sequence[ConditionInputs]) -> li
 def outside(model: str, reached: Iterable[Extents]) -> list[Caution]:
     """Return a warning for every effect of a written model that tests take beyond what it was found on."""
     found, all_reached = [], together(reached)
-    for spec in (registry.load("effect", name).SPEC for name in model.split("+")[1:]):
+    for spec in (registry.load("effect", name).SPEC for name in registry.elements(model)[1]):
         left = [(n, low, high) for n, low, high in spec.within if beyond({n: (low, high)}, all_reached) > 0.0]
         if left:
             here = ranges_text([(n, *all_reached[n]) for n, *_ in left])

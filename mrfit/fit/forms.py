@@ -58,7 +58,7 @@ Identified = Callable[[Settings, str], FitOutput]
 
 def with_forms(model: str) -> EffectSpec | None:
     """Return the first effect of a written model that has several forms, None if none has."""
-    specs: list[EffectSpec] = [registry.load("effect", name).SPEC for name in model.split("+")[1:]]
+    specs: list[EffectSpec] = [registry.load("effect", name).SPEC for name in registry.elements(model)[1]]
     return next((s for s in specs if s.forms), None)
 
 

@@ -134,7 +134,9 @@ def _largest(pairs: list[tuple[Array, Array]]) -> float:
     now, then = (np.concatenate(values) for values in zip(*pairs, strict=True))
     with np.errstate(invalid="ignore"):
         apart = np.where((now == then) | (np.isnan(now) & np.isnan(then)), 0.0, np.abs(now - then))
-        return float(np.max(apart) / (np.ptp(then) or 1.0))
+        # where the fit's own simulation diverged, the rest has the range
+        known = then[np.isfinite(then)]
+        return float(np.max(apart) / ((np.ptp(known) if len(known) else 0.0) or 1.0))
 
 
 def _parts(workspace: Workspace, fit: Fit, assembly: Assembly) -> Iterator[SegmentPart]:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from mrfit.report.determined import NEXT_TO_NOTHING
 from mrfit.report.numbers import escape_latex, in_html, significant, with_interval
 
 COLUMN, PAGE = 216.0, 340.0
@@ -85,9 +86,13 @@ def with_uncertainty(value: float, low: float | None, high: float | None) -> Cel
 
     Halves that differ by more than a tenth are written one above the other; of an open interval nothing is said.
     """
-    shown, least, most = with_interval(value, low, high)
+    shown, *_ = with_interval(value, low, high)
     if low is None or high is None or not math.isfinite(high - low) or low == high:
         return Cell(_number(shown), in_html(shown))
+    if abs(value) < NEXT_TO_NOTHING * (high - low) / 2.0:
+        # 0 to the digits of the interval, as on a page
+        half, _, power = significant((high - low) / 2.0, 2).partition("e")
+        value, shown = 0.0, f"{0.0:.{len(half.partition('.')[2])}f}{f'e{power}' if power else ''}"
     mantissa, _, exponent = shown.partition("e")
     scale = 10.0 ** int(exponent or 0)
     digits = len(mantissa.partition(".")[2])

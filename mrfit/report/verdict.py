@@ -36,6 +36,7 @@ METHODS = {
     "cycles": "from the difference of cycles",
     "repeats": "from the difference of repeated records",
     "regression": "by regression on the inputs",
+    "other records": "from other records",
     "not known": "not known",
 }
 

@@ -144,3 +144,20 @@ def test_values_arrive_as_the_stages_take_them(tmp_path: Path) -> None:
     assert made.fit == (wanted,)
     assert made.discover == discover.Settings("tanh", current_order="1")
     assert (made.work, made.logs, made.plugins) == ("w", ("*.csv",), ())
+
+
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [
+        ("fixed = {f0 = nan}", "fixed.f0"),
+        ("bounds = {fy = [1, inf]}", "bounds.fy.1"),
+        ("start = {fy = -inf}", "start.fy"),
+        ("seconds = inf", "seconds"),
+        ("opt_set = {F = inf}", "opt_set.F"),
+    ],
+)
+def test_a_number_that_is_not_finite_is_refused_as_on_the_command_line(line: str, key: str, tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\n{line}\n")
+    with pytest.raises(ConfigError, match=rf"p\.toml: .*{key} takes a finite number"):
+        read_pipeline(path)

@@ -10,6 +10,7 @@ import pytest
 
 from mrfit.cli import logbook, names, project, summary
 from mrfit.errors import ConfigError
+from mrfit.settings.forms import CONSTANTS
 
 WORK = Path("w")
 
@@ -142,6 +143,13 @@ def test_a_project_file_gives_commands_their_defaults(here: Path) -> None:
     assert found["flux"] == {"work": "results", "resistance": 2.1}
     assert project.settings_of("flux").resistance == 2.1
     assert project.settings_of("segment").holdout == "auto"
+
+
+def test_constants_of_one_optimizer_are_a_table_in_a_table_as_in_a_pipeline_file(here: Path) -> None:
+    here.write_text("[fit]\nopt_set = {F = 0.7, mwoa.b = 1.2}\nstart = {c = 2}\n")
+    found = project.defaults(["flux", "segment", "fit", "discover"], {})["fit"]
+    assert CONSTANTS.parse("--opt-set", found["opt_set"]) == (("F", 0.7), ("mwoa.b", 1.2))
+    assert found["start"] == ["c=2.0"]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,13 @@ from dataclasses import replace
 import pytest
 
 from mrfit.core.recording import Segment
-from mrfit.discover.hold_out import with_laws_trained, with_their_currents_trained, with_their_speeds_trained
+from mrfit.discover.hold_out import (
+    too_little,
+    with_laws_trained,
+    with_their_currents_trained,
+    with_their_speeds_trained,
+)
+from mrfit.discover.policy import STANDARD
 
 SEGMENT = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0.0, 2, 0.0, float("nan"), "train")
 
@@ -74,3 +80,24 @@ def test_what_is_held_out_is_not_beside_one_current_of_tests_as_fast(trained: st
     found, word = with_their_speeds_trained(tests)
     are_moved(found, tests, moved, word)
     assert with_laws_trained(tests)[0] == found
+
+
+def test_without_a_held_out_condition_no_verdict_is_given_and_it_is_said_how_to_hold_one_out() -> None:
+    said = too_little(segments("1a 2a 3a", ""), STANDARD)
+    assert said.startswith("no held-out condition (conditions: 3)") and "`mrfit segment --holdout PATTERN`" in said
+    assert too_little(segments("1a 2a", "3a"), STANDARD) == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "enough"),
+    [({}, False), ({"cycles": 0}, True), ({"drive": "excitation_force"}, True), ({"drive": "base_acceleration"}, True)],
+)
+def test_one_condition_is_enough_only_where_it_is_no_periodic_test_of_a_device(
+    changes: dict[str, int | str], enough: bool
+) -> None:
+    """Where a mass is driven, or the drive is no cycle, one test visits many speeds."""
+    train, held = segments("1a", "2a")
+    for one in (train, replace(train, id="again")):
+        tests = [replace(train, **changes), replace(one, **changes), held]  # type: ignore[arg-type]
+        assert (too_little(tests, STANDARD) == "") is enough
+        assert enough or "only one periodic training condition" in too_little(tests, STANDARD)

@@ -9,7 +9,7 @@ import pytest
 import mrfit
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
-from mrfit.fit.driven import at_tolerance, with_drive, within_noise
+from mrfit.fit.driven import _by_polynomials, _by_series, _mass_of, at_tolerance, with_drive, within_noise
 from mrfit.fit.driven import tests_of_law as made_tests
 from mrfit.fit.identify import build_group
 from mrfit.fit.stage import FitOrigin, identify
@@ -24,6 +24,7 @@ from tests import commands
 DT, PERIOD = 2e-3, 500
 TRUTH = {"k": 8000.0, "c": 12.0, "f0": 0.0, "mass": 2.0}
 NOISE = 1e-5
+NAN = float("nan")
 
 
 def log(channel: str, cycles: int, noise: float, output: str = "displacement") -> tuple[Recording, Segment]:
@@ -154,3 +155,91 @@ def test_driven_mass_by_the_library_is_that_by_commands_and_on_the_page(tmp_path
     table = (tmp_path / "mrfit-work/report/parameters.csv").read_text(encoding="utf-8")
     (row,) = [r for r in table.splitlines() if ",mass," in r]
     assert f"{fit.params.loc['mass', 'value']:.4g}"[:5] in row
+
+
+def lines(order: int, at: float = 0.0) -> tuple[np.ndarray, ...]:
+    """Displacement, velocity and acceleration of a cycle of two lines about a mean, and what of it has an order."""
+    phase = 2 * np.pi * np.arange(PERIOD) / PERIOD
+    rate = 2 * np.pi / (PERIOD * DT)
+    motion = [
+        at + np.sin(3 * phase) + 0.2 * np.cos(7 * phase),
+        rate * (3 * np.cos(3 * phase) - 1.4 * np.sin(7 * phase)),
+        -(rate**2) * (9 * np.sin(3 * phase) + 9.8 * np.cos(7 * phase)),
+    ]
+    return (*motion, motion[min(order, 2)])
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_motion_of_a_cycle_is_its_series_whatever_of_it_was_logged(order: int) -> None:
+    *motion, logged = lines(order, at=0.5)
+    excitation = logged - logged.mean()
+    found = _by_series(logged, excitation, order, DT)
+    # the mean is known of a displacement alone
+    expected = [motion[0] - 0.5 * (order > 0), *motion[1:]]
+    for own, true in zip(found, expected, strict=True):
+        assert np.abs(own - true).max() < 1e-9 * np.ptp(true)
+
+
+def test_what_lies_beyond_the_excitation_is_noise_and_the_base_is_no_motion_of_the_mass() -> None:
+    *motion, logged = lines(2)
+    phase = 2 * np.pi * np.arange(PERIOD) / PERIOD
+    excitation = np.cos(3 * phase) + 0.02 * np.sin(7 * phase) + 0.005 * np.cos(90 * phase)
+    noisy = logged + 1e3 * np.cos(90 * phase)
+    assert _by_series(noisy, excitation, 2, DT)[2] == pytest.approx(motion[2], abs=1e-6 * np.ptp(motion[2]))
+    # an absolute acceleration is the mass's own beside that of the base
+    base = 5.0 * np.cos(7 * phase)
+    absolute = _by_series(logged + base, base, 3, DT)
+    assert absolute[0] == pytest.approx(motion[0], abs=1e-9)
+
+
+def test_motion_of_a_random_record_is_without_what_integrals_add_of_their_own() -> None:
+    time = np.arange(4000) * DT
+    x = 0.01 * np.sin(2 * np.pi * 1.5 * time) * np.hanning(4000)
+    drift = np.gradient(np.gradient(x, DT), DT) + 0.3
+    recording = Recording("r", "r.csv", "", "", DT, 0.0, {"acceleration": drift, "excitation_force": x}, {})
+    segment = Segment("r#1", "a", "r", 0, 4000, 0, "random", "excitation_force", 0.0, 1.0, 0.0, 0, NAN, NAN, "train")
+    found = _by_polynomials(segment, recording, 2)
+    assert np.abs(found[0] - x).max() < 0.05 * np.ptp(x)
+    assert np.corrcoef(found[1], np.gradient(x, DT))[0, 1] > 0.99
+    # beside the base that drives it the mass's own acceleration is what differs
+    base = np.sin(6 * np.pi * time)
+    both = replace(recording, channels={"absolute_acceleration": drift + base, "base_acceleration": base, "force": x})
+    beside = _by_polynomials(replace(segment, drive="base_acceleration"), both, 3)
+    assert beside[0] == pytest.approx(found[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "inf", "nan", "two"])
+def test_what_is_no_mass_is_refused(text: str) -> None:
+    with pytest.raises(ConfigError, match=f"--mass {text} is no mass: give it in kg"):
+        _mass_of(text)
+    assert _mass_of("1e-3") == 1e-3
+
+
+def test_the_motion_that_all_logs_have_is_predicted_and_what_the_user_says_stays() -> None:
+    first, _ = log("excitation_force", 1, 0.0)
+    second = replace(first, id="s", channels={**first.channels, "acceleration": first.channels["displacement"]})
+    third = replace(second, id="t", channels={n: v for n, v in second.channels.items() if n != "displacement"})
+    asked = Settings("bingham", driven_by="force", mass="2.5", fixed=(("fy", 3.0),))
+    made = with_drive(asked, {"r": first, "s": second})
+    assert made.model == "bingham@force-displacement" and made.fixed == (("fy", 3.0), ("mass", 2.5))
+    assert (made.name, made.current_order) == ("bingham.auto", "0")
+    assert with_drive(asked, {"s": second, "t": third}).model == "bingham@force-acceleration"
+    free = with_drive(replace(asked, mass="free", current_order="fy=1", name="own"), {"r": first})
+    assert (free.fixed, free.current_order, free.name) == (asked.fixed, "fy=1", "own")
+    # a log without excitation says nothing of the motion
+    bare = replace(third, id="u", channels={"acceleration": third.channels["acceleration"]})
+    assert with_drive(asked, {"s": second, "u": bare}).model == "bingham@force-displacement"
+
+
+@pytest.mark.parametrize(("order", "refused"), [(200, False), (240, True)])
+def test_an_excitation_is_refused_whose_power_lies_near_half_the_sampling_rate(order: int, refused: bool) -> None:
+    phase = 2 * np.pi * np.arange(PERIOD) / PERIOD
+    recording, _ = log("excitation_force", 1, 0.0)
+    values = np.cos(order * phase) * 0.3 + np.cos(5 * phase)
+    own = replace(recording, channels={**recording.channels, "excitation_force": values})
+    asked = Settings("bingham", driven_by="force", mass="free")
+    if refused:
+        with pytest.raises(DataError, match="8 % of the excitation's power lies above 0.43"):
+            with_drive(asked, {"r": own})
+    else:
+        assert with_drive(asked, {"r": own}).model.startswith("bingham@")

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mrfit.fit.extrapolation import ConditionInputs, extrapolations, is_new_current, together
+from mrfit.core import registry
+from mrfit.fit.extrapolation import ConditionInputs, beyond, extrapolations, is_new_current, outside, together
 
 TIME = np.arange(1000) / 1000.0
 
@@ -77,3 +80,22 @@ def test_a_constant_of_a_record_is_no_range() -> None:
         return ConditionInputs("coil", 1e-3, inputs)
 
     assert extrapolations(record(2.0).extents(), [record(-50.0)]) == []
+
+
+@pytest.mark.parametrize("drive", ["", "@force-displacement"])
+def test_an_effect_beyond_what_it_was_found_on_is_named_on_a_mass_too(
+    drive: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = replace(registry.load("effect", "inertia").SPEC, within=(("velocity", -0.1, 0.1), ("current", 0.0, 2.0)))
+    monkeypatch.setattr(registry.load("effect", "inertia"), "SPEC", spec)
+    assert outside(f"tanh+delay+inertia{drive}", [{"velocity": (-0.1, 0.109), "current": (0.5, 1.0)}]) == []
+    (said,) = outside(f"tanh+delay+inertia{drive}", [{"velocity": (-0.05, 0.05)}, {"velocity": (-0.3, 0.0)}])
+    assert said.text.startswith("inertia was found at velocity -0.1 to 0.1 m/s; here is velocity -0.3 to 0.05 m/s:")
+
+
+def test_how_far_beyond_is_the_overshoot_of_the_worst_channel_over_its_range_or_level() -> None:
+    trained = {"current": (2.0, 2.0), "velocity": (-0.1, 0.1), "angle": (0.0, 0.0)}
+    assert beyond(trained, {"current": (1.91, 2.09), "velocity": (-0.109, 0.1), "angle": (-1.0, 1.0)}) == 0.0
+    # 1 A beyond a level of 2 A, less 5 %; the velocity goes 0.06 beyond a range of 0.2
+    assert beyond(trained, {"current": (1.0, 2.0), "velocity": (-0.1, 0.16)}) == pytest.approx(np.log1p(0.45))
+    assert beyond(trained, {"force": (0.0, 1e6)}) == 0.0

@@ -9,12 +9,26 @@ import pytest
 
 from mrfit.core.specs import DerivedQuantity, ModelSpec, Param, PassiveRange
 from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
-from mrfit.fit.diagnostics.uncertainty import Uncertainty
-from mrfit.fit.result import NO_LIMITS, derived_rows, warnings_of, with_intervals
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, quantile_95
+from mrfit.fit.result import (
+    NO_LIMITS,
+    conditioning,
+    derived_rows,
+    metric_rows,
+    parameter_rows,
+    passivity_rows,
+    simulate_block,
+    warnings_of,
+    with_intervals,
+    work_drive,
+)
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import MetricRow, Passivity, Quantity, Repeats, ResidualTest, Result
 from mrfit.search.cube import Cube
+from mrfit.search.parts import Blocks, SegmentPart
+from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly
+from tests.fit.toy import DT, block, linear_model, part
 
 PARAMETER = Quantity(name="n", value=1.5, low=1.0, high=2.0)
 TESTED = ResidualTest(
@@ -191,3 +205,136 @@ def test_other_intervals_replace_those_there_are_and_one_end_is_something(
     rows = with_intervals([PARAMETER, fixed], {"n": BootstrapInterval(low, high), "A": BootstrapInterval(0.0, 1.0)})
     assert (rows[0].low, rows[0].high, rows[0].identifiable) == (low, high, known)
     assert rows[1] == fixed
+
+
+NOISELESS = NoiseFloor(0.0, "cycles", 0.0, 0.0)
+
+
+def sine_parts(*roles: tuple[str, str], samples: int = 400, cycles: int = 4) -> list[SegmentPart]:
+    """Parts of a damper of 2 N*s/m on x = sin φ, by condition and role; the input is the stroke's rate."""
+    phase = 2.0 * np.pi * cycles * np.arange(samples) / samples
+    rate = 2.0 * np.pi * cycles / (samples * DT)
+    velocity = rate * np.cos(phase)
+    return [part(velocity[None], 2.0 * velocity, name, cycles, role) for name, role in roles]
+
+
+def of_inputs(*names: str, output: str = "force", co_energy: bool = False) -> Assembly:
+    assembly, _ = linear_model(*[""] * len(names))
+    return replace(assembly, spec=replace(assembly.spec, inputs=names, output=output, co_energy=co_energy))
+
+
+@pytest.mark.parametrize(
+    ("inputs", "output", "drive"),
+    [
+        (("velocity", "displacement"), "force", [5.0, 7.0]),
+        # the integral of what differs from the mean
+        (("velocity",), "force", [-DT, 0.0]),
+        (("current",), "force", None),
+        (("current",), "flux", [1.0, 3.0]),
+        (("angular_velocity",), "torque", [-DT, 0.0]),
+    ],
+)
+def test_work_is_done_against_the_stroke_or_what_its_rate_adds_up_to(
+    inputs: tuple[str, ...], output: str, drive: list[float] | None
+) -> None:
+    rows = np.array([[1.0, 3.0], [5.0, 7.0]])[: len(inputs)]
+    found = work_drive(block(rows, np.zeros(2)), of_inputs(*inputs, output=output))
+    assert drive is None if found is None else found == pytest.approx(drive)
+
+
+def test_a_dashpot_takes_in_the_area_of_its_ellipse_each_cycle_and_a_pushing_one_is_not_passive() -> None:
+    (one,) = sine_parts(("a", "train"))
+    # ∮ c·ẋ dx of x = sin ωt is π·c·ω
+    area = np.pi * 2.0 * 2.0 * np.pi * 4 / (400 * DT)
+    assembly, output = of_inputs("velocity"), np.asarray(one.output)
+    rows = [passivity_rows([one.block], [sign * output], assembly)[0] for sign in (1.0, -1.0)]
+    assert [r.loop_area for r in rows] == pytest.approx([area, -area], rel=1e-3)
+    assert [r.passive for r in rows] == [True, False]
+    # of a co-energy the loop is traversed the other way
+    (turned,) = passivity_rows([one.block], [output], of_inputs("velocity", co_energy=True))
+    assert turned.loop_area == pytest.approx(-area, rel=1e-3) and not turned.passive
+    # a spring does no work over a cycle, but for rounding
+    (spring,) = passivity_rows([one.block], [np.asarray(work_drive(one.block, assembly))], assembly)
+    assert spring.passive
+    assert passivity_rows([part(np.ones((1, 50)), np.ones(50)).block], [np.ones(50)], assembly) == []
+
+
+def test_errors_of_a_role_are_those_of_all_its_samples_and_not_the_mean_of_its_conditions() -> None:
+    parts = [*sine_parts(("a", "train"), ("a", "train"), ("b", "holdout")), *sine_parts(("c", "train"), samples=800)]
+    errors = (1.0, 3.0, 9.0, 2.0)
+    simulated = [np.asarray(p.output) + e for p, e in zip(parts, errors, strict=True)]
+    floors = [replace(NOISELESS, value=f) for f in (0.5, 1.5, 4.0, 1.0)]
+    rows = metric_rows(Blocks(parts), floors, simulated, of_inputs("velocity"))
+    assert [(r.role, r.condition, r.samples) for r in rows] == [
+        *(("train", "a", 800), ("train", "c", 800), ("train", "all", 1600)),
+        *(("holdout", "b", 400), ("holdout", "all", 400)),
+    ]
+    found = {(r.role, r.condition): (r.rmse, r.noise_floor) for r in rows}
+    assert found["train", "a"] == pytest.approx((np.sqrt(5.0), np.sqrt(1.25)))
+    # weighted by samples: 400 of each of the first two, 800 of the last
+    assert found["train", "all"] == pytest.approx((np.sqrt(4.5), np.sqrt(1.125)))
+    assert found["holdout", "all"] == pytest.approx((9.0, 4.0))
+
+
+def test_samples_that_are_not_compared_have_no_error() -> None:
+    (one,) = sine_parts(("a", "train"))
+    lost = np.zeros(400, dtype=bool)
+    lost[[10, 11, 200]] = True
+    wrong = np.asarray(one.output) + np.where(lost, 1e6, 1.0)
+    (row, _) = metric_rows(Blocks([replace(one, lost=lost)]), [NOISELESS], [wrong], of_inputs("velocity"))
+    assert (row.samples, row.rmse) == (397, pytest.approx(1.0))
+
+
+def test_the_unknown_constant_of_a_flux_record_is_told_and_in_the_output() -> None:
+    assembly, _ = linear_model("")
+    floating = replace(assembly, spec=replace(assembly.spec, free_offset=True))
+    row = np.linspace(-1.0, 1.0, 40)
+    one = block(row[None], 0.5 * row + 3.0)
+    output, constant = simulate_block(one, floating, np.array([0.5]))
+    assert constant == pytest.approx(3.0) and output == pytest.approx(one.target)
+    assert simulate_block(one, assembly, np.array([0.5]))[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def uncertain(variances: list[float], open_: list[bool], degrees: float = 1e9) -> Uncertainty:
+    size = len(variances)
+    kept = np.diag(np.where(open_, 0.0, variances))
+    return Uncertainty(kept, np.eye(size), np.array(open_), np.sqrt(variances), np.ones(size), degrees)
+
+
+PARAMS = (
+    Param("fy", "N", 1.0, 100.0, 10.0, "log"),
+    Param("f0", "N", -10.0, 10.0, 0.0, role="offset"),
+    Param("D", "m", 1.0, 2.0, 1.5, fixed=True),
+)
+
+
+def test_rows_of_parameters_have_intervals_on_the_scale_of_their_search_that_may_pass_a_bound() -> None:
+    cube = Cube(PARAMS, np.array([0, 1]))
+    quantile = quantile_95(1e9)
+    rows = parameter_rows(cube, np.array([0.9, 0.5]), uncertain([0.1**2, 0.2**2], [False, False]), {"N": 500.0})
+    fy, f0, held = rows
+    ends = np.exp(np.log(100.0) * (0.9 + 0.1 * quantile * np.array([-1.0, 1.0])))
+    assert (fy.low, fy.high) == pytest.approx(tuple(ends)) and ends[1] > 100.0
+    assert (f0.low, f0.high, f0.added_to) == (pytest.approx(-4.0 * quantile), pytest.approx(4.0 * quantile), 500.0)
+    assert (held.fixed, held.low, held.value, held.high) == (True, 1.5, 1.5, 1.5) and fy.added_to is None
+
+
+@pytest.mark.parametrize(
+    ("spread", "place", "known", "ended"),
+    [(0.25, 0.5, True, False), (0.26, 0.5, False, False), (0.1, 5e-5, True, True), (0.1, 1.0 - 2e-4, True, False)],
+)
+def test_an_interval_as_wide_as_the_bounds_is_none_and_an_end_at_one_is_said(
+    spread: float, place: float, known: bool, ended: bool
+) -> None:
+    found = uncertain([spread**2, 1e-6], [False, False])
+    (row, *_) = parameter_rows(Cube(PARAMS, np.array([0, 1])), np.array([place, 0.5]), found)
+    assert (row.identifiable, row.at_bound) == (known, ended)
+    assert (row.low is not None) is known is (row.high is not None)
+
+
+def test_open_directions_are_told_by_the_parameters_that_count_in_them() -> None:
+    turned = np.array([[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]).T
+    found = Uncertainty(np.zeros((3, 3)), turned, np.array([False, True, False]), np.ones(3), np.ones(3), 9.0)
+    params = (*PARAMS[:2], replace(PARAMS[2], fixed=False))
+    told = conditioning(Cube(params, np.array([0, 1, 2])), found)
+    assert (told.rank, told.parameters) == (2, 3) and told.null_directions == [{"fy": -0.6, "f0": 0.8}]

@@ -1,11 +1,15 @@
 """A model linear in its parameters, whose fits have closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.search.cube import Cube, cube_of
+from mrfit.search.parts import SegmentPart
 from mrfit.search.problem import SegmentBlock
+from mrfit.signal.smoothing import Drive
 from mrfit.simulate.assembly import Assembly
 
 DT = 1e-3
@@ -47,6 +51,12 @@ def block(drive: Array, target: Array, cycles: int = 0) -> SegmentBlock:
         scatter=0.0,
         method="as recorded",
     )
+
+
+def part(drive: Array, target: Array, condition: str = "s", cycles: int = 0, role: str = "train") -> SegmentPart:
+    """A part of a test, driven as recorded."""
+    own = replace(segment(len(target), cycles, role), condition=condition, id=f"{condition}#1")
+    return SegmentPart(own, Drive(np.ascontiguousarray(drive), 0, DT, "as recorded", {}, None), target)
 
 
 def coloured(rng: np.random.Generator, samples: int, rho: float) -> Array:

@@ -29,9 +29,12 @@ from mrfit.simulate.current_levels import (
     assembly_of,
     default_orders,
     dependence_on_current,
+    level_of,
     levels_of,
     piece_warnings,
+    recorded_range,
     sign_warnings,
+    to_choose,
 )
 from tests.fit.benches import Bench, planted_segments, write_workspace
 
@@ -196,6 +199,60 @@ def test_levels_are_the_training_segments_alone() -> None:
     for order in ("fy=2", "fy=0/0.3/1"):
         with pytest.raises(DataError, match=re.escape(f"held out: {held_out} (mrfit segment --holdout none")):
             dependence_on_current("bingham", order, segments, recordings, ())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("currents", "levels"),
+    [
+        # 0.02 A, or 3 % of the larger current, from the first of a level
+        ((0.0, 0.0199), (0.00995,)),
+        ((0.0, 0.0201), (0.0, 0.0201)),
+        ((2.0, 2.06), (2.03,)),
+        ((2.0, 2.063), (2.0, 2.063)),
+        ((2.0, 2.05, 2.1), (2.025, 2.1)),
+        ((-2.05, -2.0), (-2.025,)),
+        ((-2.07, -2.0), (-2.07, -2.0)),
+    ],
+)
+def test_currents_that_a_supply_holds_alike_are_one_level(
+    currents: tuple[float, ...], levels: tuple[float, ...]
+) -> None:
+    segments = [replace(s, role="train") for s in planted_segments(SINES[:1], currents)]
+    assert levels_of(reversed(segments)) == pytest.approx(list(levels))
+    assert [level_of(s, levels) for s in segments] == [min(levels, key=lambda i: abs(i - s.current)) for s in segments]
+
+
+def test_a_segment_without_a_held_current_is_at_no_level() -> None:
+    (segment,) = planted_segments(SINES[:1], (1.0,))
+    assert np.isnan(level_of(replace(segment, current=np.nan), [1.0])) and np.isnan(level_of(segment, []))
+
+
+@pytest.mark.parametrize(
+    ("model", "text", "levels", "chosen"),
+    [
+        ("bingham", "auto", (0.0, 1.0), True),
+        ("bingham+inertia", "auto", (0.0, 1.0), True),
+        ("bingham", "auto", (1.0,), False),
+        ("bingham", "1", (0.0, 1.0), False),
+        # a coil, whose current is an input
+        ("boucwen-flux", "auto", (0.0, 1.0), False),
+    ],
+)
+def test_orders_are_chosen_where_none_is_asked_for_and_two_levels_were_held(
+    model: str, text: str, levels: tuple[float, ...], chosen: bool
+) -> None:
+    segments = [replace(s, role="train") for s in planted_segments(SINES[:1], levels)]
+    currents = current_levels.tested_currents(segments, {s.recording: _Silent() for s in segments})  # type: ignore[misc]
+    assert to_choose(model, text, currents) is chosen
+
+
+def test_the_recorded_range_is_over_all_recordings_that_have_a_current() -> None:
+    def recording(**channels: Any) -> Recording:
+        return Recording("r", "r.csv", "", "delimited", 1e-3, 0.0, channels, {})
+
+    two = {"a": recording(current=np.array([0.5, 2.0])), "b": recording(current=np.array([-1.0, 0.0]))}
+    assert recorded_range({**two, "c": recording(force=np.ones(2))}) == (-1.0, 2.0)
+    assert np.isnan(recorded_range({"c": recording(force=np.ones(2))})).all()
 
 
 class _Silent:

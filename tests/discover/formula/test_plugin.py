@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from mrfit.contracts.effects import EFFECT_CHECKS
 from mrfit.core import registry
 from mrfit.core.protocols import Effect
 from mrfit.discover.formula.plugin import NAME, source
+from mrfit.discover.formula.proposal import force_of
+from mrfit.discover.formula.standing import Formula
 from mrfit.discover.stage import Settings, run
 from mrfit.discover.writing.formula import PLUGIN_FILE
 from mrfit.export.compiler import compiler
@@ -24,6 +27,7 @@ from mrfit.fit.select import read_dataset
 from mrfit.report.explain import sentences
 from tests.discover import studies
 from tests.discover.formula.cases import bump, found, gain, rebound
+from tests.discover.formula.plain import SCALES, formula, rows_of, term
 from tests.export.rigs import STRENGTH
 from tests.export.test_c import agrees, rig, used
 
@@ -67,6 +71,75 @@ def test_a_drive_beyond_what_it_was_found_on_is_one_line(effect: Effect) -> None
     x, v = np.array([-0.02, 0.01]), np.array([-0.1, 0.1])
     (note,) = beyond_tests(damper, [NamedMotion("m", x, v)])
     assert "displacement -0.02 to 0.01 m" in note and "velocity" not in note
+
+
+U = np.linspace(-0.7, 0.8, 31)
+VISITED = {n: U + 0.01 * k for k, n in enumerate("xvaiTtL")}
+SPAN = SCALES["L"].size
+
+
+def in_si(scaled: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {n: SCALES[n].origin + SCALES[n].size * u for n, u in scaled.items()}
+
+
+def written(own: Formula) -> dict[str, Any]:
+    """Return what the source of a formula defines."""
+    namespace: dict[str, Any] = {}
+    exec(source(rows_of([VISITED]), own), namespace)
+    return namespace
+
+
+EVERY = formula(
+    [
+        term(("x", "square"), ("L", "line")),
+        term(("i", "line"), ("v", "under", -0.25)),
+        term(("T", "thermal", 0.3)),
+        term(("t", "decay", 0.3), ("x", "gas-column", -0.3, 1.3)),
+        term(("a", "line")),
+    ],
+    [0.2, -0.3, 0.1, 0.05, -0.4],
+)
+
+
+def test_its_source_is_the_force_that_was_found_held_at_the_edge_of_what_was_visited() -> None:
+    law, values = written(EVERY)["law"], in_si(VISITED)
+    expected = values["L"] + force_of(rows_of([VISITED]), EVERY, VISITED) * SPAN
+    made = law(values["L"], *(values[n] for n in "xvaiTt"), *(EVERY.theta * SPAN))
+    np.testing.assert_allclose(made, expected, rtol=1e-6)
+    far = in_si({n: 9.0 * (U - 0.05) for n in "xvaiTt"})
+    edge = in_si({n: np.clip(9.0 * (U - 0.05), VISITED[n].min(), VISITED[n].max()) for n in "xvaiTt"})
+    outside, inside = (law(100.0, *(v[n] for n in "xvaiTt"), *(EVERY.theta * SPAN)) for v in (far, edge))
+    np.testing.assert_allclose(outside, inside, rtol=1e-6)
+
+
+def test_its_declaration_says_inputs_strengths_and_where_it_was_found() -> None:
+    spec = written(EVERY)["SPEC"]
+    assert (spec.slot, spec.outputs, spec.steady) == ("output", ("force",), False)
+    assert spec.inputs == ("displacement", "velocity", "acceleration", "current", "temperature", "time")
+    # ten times what was found at full scale, and no less than 200 N
+    assert [(p.name, p.unit, p.high) for p in spec.params] == [
+        ("f1", "N", 1000.0), ("f2", "N", 1500.0), ("f3", "N", 500.0), ("f4", "N", 250.0), ("f5", "N", 2000.0),
+    ]  # fmt: skip
+    assert all(p.low == -p.high for p in spec.params) and spec.neutral == (0.0,) * 5
+    box = {name: (low, high) for name, low, high in spec.within}
+    assert box["displacement"] == pytest.approx((0.006 - 0.7 * 0.02, 0.006 + 0.8 * 0.02))
+
+
+@pytest.mark.parametrize(
+    ("own", "steady", "slot"),
+    [
+        (formula([term(("x", "line"))], [1e-3]), True, "add"),
+        (formula([term(("x", "line")), term(("t", "line"))], [0.1, 0.1]), False, "add"),
+        (formula([term(("T", "line"))], [0.1]), False, "add"),
+        (formula([term(("x", "line"), ("L", "line"))], [0.1]), True, "output"),
+    ],
+)
+def test_it_is_steady_where_it_knows_neither_time_nor_warmth(own: Formula, steady: bool, slot: str) -> None:
+    spec = written(own)["SPEC"]
+    assert (spec.steady, spec.slot) == (steady, slot)
+    assert spec.params[0].high == pytest.approx(max(10.0 * abs(own.theta[0]) * SPAN, 200.0))
+    aliases = [registry.load("effect", n).SPEC for n in spec.aliases]
+    assert 0 < len(aliases) <= 3 and all("force" in a.outputs for a in aliases)
 
 
 def test_a_discovery_that_ends_unexplained_proposes_it_and_a_joint_fit_finds_its_strength(

@@ -1,19 +1,22 @@
 """A formula is found where there is one, with its coefficient, and none where there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mrfit.core.specs import Array
 from mrfit.discover.formula.factors import FACTOR_KINDS, FUNCTIONS, Factor, Term
 from mrfit.discover.formula.grammar import grammar, mirrored
-from mrfit.discover.formula.proposal import propose, rows_beside
+from mrfit.discover.formula.proposal import HeldOutErrors, lost_beside_other_laws, propose, rows_beside
 from mrfit.discover.formula.rows import Scale
-from mrfit.discover.formula.standing import measured
+from mrfit.discover.formula.standing import Certainty, measured
 from mrfit.discover.formula.wording import _factor, proposed
 from mrfit.discover.invariance.base import Base, none
 from mrfit.discover.invariance.setting import setting_of
 from mrfit.discover.policy import STANDARD
 from tests.discover.formula.cases import CENTRE, SIZE, WIDTH, bump, found, gain, parted, rebound
+from tests.discover.formula.plain import formula
 
 
 def test_friction_at_one_place_of_the_stroke_is_found_with_its_size_place_and_width() -> None:
@@ -113,3 +116,50 @@ def test_a_constant_that_a_law_may_make_is_not_said() -> None:
     assert Term((warm, Factor("v", "line"))).mean_is_lawful(warm)
     for other in (Factor("x", "line"), Factor("v", "size"), Factor("i", "line")):
         assert not Term((warm, other)).mean_is_lawful(warm)
+
+
+@pytest.mark.parametrize(
+    ("errors", "closed"),
+    [
+        (HeldOutErrors(0.05, 0.03, 0.01), 16 / 24),
+        # below the noise by chance it closes all, and no more
+        (HeldOutErrors(0.05, 0.005, 0.01), 1.0),
+        (HeldOutErrors(0.05, 0.06, 0.01), -11 / 24),
+        (HeldOutErrors(0.009, 0.003, 0.01), 0.0),
+    ],
+)
+def test_what_a_formula_closes_is_a_share_of_the_squared_error_beyond_noise(
+    errors: HeldOutErrors, closed: float
+) -> None:
+    assert errors.closed == pytest.approx(closed)
+
+
+@pytest.mark.parametrize(
+    ("clear", "kept", "size", "lost"),
+    [
+        # half of what is asked for, 0.25, or 0.08 of a plain one
+        (7.9, 0.126, 0.1, ""),
+        (7.9, 0.124, 0.1, "a law may have it: beside it 12 % are left to take"),
+        (8.1, 0.041, 0.1, ""),
+        (8.1, 0.039, 0.1, "a law may have it: beside it 4 % are left to take"),
+        (8.1, -0.5, 0.1, "a law may have it: beside it 0 % are left to take"),
+        # its largest force may change by a fifth
+        (8.1, 0.5, 0.119, ""),
+        (8.1, 0.5, 0.081, ""),
+        (8.1, 0.5, 0.121, "a law changes its force by 21 %"),
+        (8.1, 0.5, 0.079, "a law changes its force by 21 %"),
+    ],
+)
+def test_a_formula_has_to_stand_beside_laws_of_other_forms(clear: float, kept: float, size: float, lost: str) -> None:
+    line = Term((Factor("x", "line"),))
+    own, sure = formula([line], [1.0], size=0.1), Certainty(np.array([1.0 / clear]), 0.9)
+    others = {"a law": formula([line], [1.0], kept=kept, size=size)}
+    assert lost_beside_other_laws(own, sure, others, STANDARD) == lost
+
+
+def test_too_few_rows_are_told_and_not_searched() -> None:
+    whole = parted(bump)[0][0]
+    short = replace(whole, channels={n: c[:60] for n, c in whole.channels.items()}, output=whole.output[:60])
+    proposal = propose([short, short], [], None, STANDARD)
+    assert proposal.formula is None and proposal.terms == ()
+    assert "rows are too few to tell" in proposal.why
