@@ -46,6 +46,8 @@ def test_every_column_stands_in_one_table_with_the_first_beside_it_and_within_th
         ("noise_floor (N)", ["123456789012"], ["noise_floor", "(N)"]),
         ("share of error", ["12.5 %"], ["share", "of", "error"]),
         ("parameter", [], ["parameter"]),
+        # a short word is not broken at its underscores
+        ("fit_perc", ["1"], ["fit_perc"]),
     ],
 )
 def test_a_heading_is_no_wider_than_its_cells_or_its_longest_word(

@@ -134,6 +134,7 @@ def test_no_row_and_no_column_is_lost_and_no_part_is_larger_than_a_page(columns:
 def test_a_long_table_is_split_evenly() -> None:
     lengths = [len(body(p)) for p in parts_of(tables_tex(table(2, LONGEST_CELL + 2)))]
     assert lengths == [19, 19]
+    assert [len(body(p)) for p in parts_of(tables_tex(table(2, LONGEST_CELL)))] == [LONGEST_CELL]
 
 
 def test_rows_that_say_nothing_in_a_part_are_left_out_of_it() -> None:
