@@ -300,6 +300,8 @@ class FunctionReader(ValueReader):
             condition = self.condition(given.test)
             before, self.pending = self.pending, []
             yield from before
+            # what either branch sets has no name for what does not change
+            self.stored.update({n.id: 2 for n in ast.walk(target) if isinstance(n, ast.Name) and n.id in self.stored})
             branches = [self.flushed(self.assigned(node, target, n)) for n in (given.body, given.orelse)]
             yield ir.If(condition, branches[0], branches[1])
         elif isinstance(target, ast.Tuple) and isinstance(given, ast.Tuple) and any(map(self.is_zeros, given.elts)):
