@@ -20,7 +20,7 @@ SMALL: Mapping[str, Callable[..., float]] = {
 }
 
 
-class Left(Exception):
+class LoopEnd(Exception):
     """The end of a loop or of a round of it."""
 
 
@@ -86,14 +86,14 @@ class Interpreter:
             while self.value(statement.condition, scope) and self.round(statement.body, scope):
                 pass
         elif isinstance(statement, ir.Leave):
-            raise Left(statement.word)
+            raise LoopEnd(statement.word)
 
     def round(self, body: ir.Block, scope: list[Scope]) -> bool:
         """Run a loop once; return whether it goes on."""
         try:
             self.block(body, scope)
-        except Left as left:
-            return str(left) == "continue"
+        except LoopEnd as end:
+            return str(end) == "continue"
         return True
 
     def filled(self, statement: ir.CallStatement, scope: list[Scope]) -> None:
