@@ -270,7 +270,8 @@ class CPrinter:
         if value.kind == ir.BOOL and not self.is_flag(value):
             return f"({self.condition(value)}) ? 1 : 0"
         if isinstance(value, ir.Unary):
-            return f"-{self.operand(value.value)}"
+            # two signs in a row are a decrement
+            return f"-{self.operand(value.value, right=isinstance(value.value, ir.Unary))}"
         if isinstance(value, ir.Cast):
             return f"({kind_text(value.kind)}){self.operand(value.value)}"
         if isinstance(value, ir.Binary):

@@ -287,7 +287,14 @@ class FunctionReader(ValueReader):
         if not isinstance(node.target, ast.Name) or step not in ("1", "-1"):
             self.fail(node, "a loop has one variable, which counts by 1 or -1")
         start = self.value(call.args[0]) if len(call.args) > 1 else ir.whole(0)
-        stop = self.value(call.args[1 if len(call.args) > 1 else 0])
+        end = call.args[1 if len(call.args) > 1 else 0]
+        # Python has counted before it begins, C asks again in every round
+        inner = {id(n.target) for n in ast.walk(node) if isinstance(n, ast.For)}
+        fixed = {node.target.id, *(n.id for n in ast.walk(end) if isinstance(n, ast.Name))}
+        for one in (n for n in ast.walk(node) if isinstance(n, ast.Name) and n.id in fixed and id(n) not in inner):
+            if isinstance(one.ctx, ast.Store):
+                self.fail(one, "in a loop its count and its end stay as they are")
+        stop = self.value(end)
         name = node.target.id
         if name.strip("_") == "":
             name = next(n for n in ("k", "j", "round_") if n not in self.stored and n not in self.known)
@@ -300,6 +307,8 @@ class FunctionReader(ValueReader):
             condition = self.condition(given.test)
             before, self.pending = self.pending, []
             yield from before
+            # what either branch sets has no name for what does not change
+            self.stored.update({n.id: 2 for n in ast.walk(target) if isinstance(n, ast.Name) and n.id in self.stored})
             branches = [self.flushed(self.assigned(node, target, n)) for n in (given.body, given.orelse)]
             yield ir.If(condition, branches[0], branches[1])
         elif isinstance(target, ast.Tuple) and isinstance(given, ast.Tuple) and any(map(self.is_zeros, given.elts)):

@@ -123,12 +123,12 @@ class _Exits:
             inner = isinstance(statement, ir.For | ir.While)
             inside = [self.block(b, tail and not rest and not inner, inner or loop) for b in ir.blocks_of(statement)]
             following = self.block(rest, tail, loop)
-            guarded = (
-                (ir.If(ir.Unary("not", self.done, ir.BOOL), following),)
-                if following and (inner or not loop)
-                else following
-            )
-            return (*before, ir.with_blocks(statement, inside), *guarded)
+            if inner and loop:
+                # the loop around it ends too
+                following = (ir.If(self.done, (ir.Leave("break"),)), *following)
+            elif following and not loop:
+                following = (ir.If(ir.Unary("not", self.done, ir.BOOL), following),)
+            return (*before, ir.with_blocks(statement, inside), *following)
         return block
 
     def pairs(self, value: ir.Expression) -> list[tuple[ir.Place | None, ir.Expression]]:

@@ -101,7 +101,8 @@ class ValueReader:
         self.loops = 0
         nodes = list(ast.walk(self.source.tree))
         stored = [n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
-        self.stored = {n: stored.count(n) for n in stored}
+        # an argument has a value before it is set
+        self.stored = {n: stored.count(n) + (n in inspect.signature(function).parameters) for n in stored}
         # tuples of which an item is read whose place is not constant
         self.indexed = {
             n.value.id

@@ -174,7 +174,67 @@ def late_whole(x: float, y: float) -> float:
     return total + last
 
 
+def from_inner_loop(x: float, y: float) -> tuple[float, float]:
+    """Return out of a loop in a loop, and out of one whose round goes on behind an inner loop."""
+    for i in range(3):
+        for j in range(2, 0, -1):
+            if x * i > y + j - 1.0:
+                return float(i), float(j)
+        left = y
+        while left > 0.5:
+            left -= 0.25 + abs(x)
+            if left < 0.6 and i > 0:
+                return left, x
+        x += 0.125 * i
+    return x, y
+
+
+def once_in_a_branch(x: float, y: float) -> float:
+    """Return arguments that one branch changes, to what stays as it is and to what a call gives."""
+    before = x
+    if x < 0.0:
+        x = y
+    elif x > 1.0:
+        y = swapped(x, 2.0)[0]
+    pair = (x, y)
+    for k in range(2):
+        if y > k:
+            y = FADING
+    return x - y * before + pair[0] * pair[1]
+
+
+def either_of(x: float, y: float) -> float:
+    """Return a sum of what is one of two arguments, or one of them and a number."""
+    low, high = (x, y) if x < y else (y, x)
+    one, other = (x * y, 1.0) if high > 0.5 else ((0.25, y) if low > -0.5 else (y, low))
+    both = (x, y) if one < other else (y, x)
+    return low + 2.0 * high - one * other + 3.0 * both[0] + both[1]
+
+
+def signs(x: float, y: float) -> float:
+    """Return negatives of negatives, and what stands beside them."""
+    return x - -(-y) * -(x - y) - (-(-(-x)) - (y - x)) + x / (y * y + 1.0) / -(-2.0 - abs(x)) - (x - (y - 1.0))  # noqa: B002
+
+
+def nested_places(x: float, y: float) -> float:
+    """Return items from the end, of a row, and of places that are computed of constants."""
+    count = 3
+    rows, weights = np.zeros((2, 3)), (x, y, 0.5, x * y)
+    rows[1, count - 1] = weights[-1] + weights[len(weights) - 3]
+    rows[0, 0] += x
+    rows[0, 0] /= 2.0
+    total = weights[count - 3] * 4.0 + rows[1][2]
+    for k in range(count):
+        total += rows[k % 2, k] * weights[k + 1] + k // 2 - 7 % 4
+    return total - rows[0, 0]
+
+
 CASES = (
+    from_inner_loop,
+    once_in_a_branch,
+    either_of,
+    signs,
+    nested_places,
     choice,
     chain,
     early,
