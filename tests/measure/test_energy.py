@@ -36,12 +36,12 @@ def test_the_work_of_a_gap_is_the_force_at_the_least_displacement_times_the_gap(
     assert closure.value == pytest.approx(truth.mean(), rel=5e-3)
 
 
-def test_closure_needs_three_cycles() -> None:
+@pytest.mark.parametrize(("count", "reason"), [(2, "fewer than three cycles"), (3, "")])
+def test_closure_needs_three_cycles(count: int, reason: str) -> None:
     whole = gas_damper()
-    two = replace(whole, reversals=whole.reversals[:5], middles=whole.middles[:2],
-                  gains=PerCycle(whole.gains.values[:2], whole.gains.noise[:2]))  # fmt: skip
-    assert two.count == 2 and found(two)["closure"].reason == "fewer than three cycles"
-    assert found(whole)["closure"].estimate is not None
+    gains = PerCycle(whole.gains.values[:count], whole.gains.noise[:count])
+    some = replace(whole, reversals=whole.reversals[: 2 * count + 1], middles=whole.middles[:count], gains=gains)
+    assert some.count == count and found(some)["closure"].reason == reason
 
 
 def test_a_motion_that_is_no_sine_has_no_equivalent_viscous_damping() -> None:
@@ -66,6 +66,7 @@ def test_a_force_with_the_motion_has_no_efficiency() -> None:
 def test_work_and_travel_grow_with_the_amplitude_that_was_recorded() -> None:
     whole = gas_damper()
     share = np.linspace(0.9, 1.1, whole.count)
+    whole = replace(whole, noise=50.0)
     scaled = replace(whole, gains=PerCycle(share, np.full(whole.count, 0.01**2)))
     assert work_of(scaled).values == pytest.approx(share * whole.work.values)
     assert travel_of(scaled).values == pytest.approx(share * whole.stroke)
