@@ -22,7 +22,7 @@ from mrfit.core.progress import silent
 from mrfit.core.specs import Array, Mask
 from tests.advise.test_drives import press
 
-TestChoice.__test__ = False  # type: ignore[attr-defined]
+TestChoice.__test__ = False
 BENCH = replace(press(frequency=6.0), dt=0.02)
 TWO_HERTZ = replace(press(frequency=[2.0, 2.02], seconds=30.0), dt=0.02)
 POINTS = 2**SOBOL

@@ -26,7 +26,7 @@ from mrfit.advise.drives import (
 from mrfit.core.specs import Array
 from tests.advise.test_drives import press
 
-test_at.__test__ = False  # type: ignore[attr-defined]
+test_at.__test__ = False
 SHARE = st.floats(0.0, 1.0)
 
 

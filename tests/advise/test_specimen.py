@@ -18,7 +18,7 @@ from mrfit.discover.evidence.bench import Bench
 from mrfit.errors import ConfigError
 from mrfit.simulate.assembly import Assembly
 
-TestOutcome.__test__ = False  # type: ignore[attr-defined]
+TestOutcome.__test__ = False
 DT = 0.01
 PRESS = rig_of({"seconds": 10, "stroke": 0.05, "speed": 0.2})
 

@@ -1,5 +1,6 @@
 """A test in words and as a drive, what a fit gains in words, and the table of a rig to copy."""
 
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -11,18 +12,16 @@ from mrfit.advise.specimen import Channels
 from mrfit.advise.words import drive_csv, listed, number, of_parameters, of_rivals, test_words
 from mrfit.core.recording import Segment
 from mrfit.io.schemas.advice import AdvisedTest, Pair, Width
-from mrfit.io.toml_file import tomllib
 
-test_words.__test__ = False  # type: ignore[attr-defined]
+test_words.__test__ = False
 FORCE, TORQUE, FLUX = map(Channels.of, ("force", "torque", "flux"))
 
 
-def test_of(kind: str, **numbers: float) -> Test:
+def shown(kind: str, **numbers: float) -> Test:
     current = np.full(4, 1.0) if "current" in numbers else np.empty(0)
     return Test(kind, 0.25, np.arange(12.0).reshape(3, 4), current, np.empty(0), numbers=numbers)
 
 
-test_of.__test__ = False  # type: ignore[attr-defined]
 SINE = {"frequency": 2.5, "amplitude": 0.0125}
 
 
@@ -44,12 +43,12 @@ SINE = {"frequency": 2.5, "amplitude": 0.0125}
     ],
 )
 def test_an_operator_is_told_shape_size_and_current(kind: str, more: dict[str, float], said: str) -> None:
-    assert test_words(test_of(kind, **SINE, **more), FORCE) == said
+    assert test_words(shown(kind, **SINE, **more), FORCE) == said
 
 
 def test_a_motion_is_told_in_the_unit_of_what_moves() -> None:
-    assert test_words(test_of("sine", **SINE), TORQUE).endswith("and 0.0125 rad")
-    assert test_words(test_of("sine", **SINE), FLUX).endswith("and 0.0125 A")
+    assert test_words(shown("sine", **SINE), TORQUE).endswith("and 0.0125 rad")
+    assert test_words(shown("sine", **SINE), FLUX).endswith("and 0.0125 A")
 
 
 @pytest.mark.parametrize(("value", "text"), [(1234.5, "1230"), (0.00012345, "0.000123"), (2.0, "2"), (9.996, "10")])
@@ -64,15 +63,15 @@ def columns(test: Test, channels: Channels, **driven: float) -> dict[str, list[s
 
 
 def test_a_drive_is_time_motion_and_rate_with_the_current_beside_it() -> None:
-    found = columns(test_of("sine", **SINE, current=1.0), FORCE, current=1.0, temperature=20.0, humidity=3.0)
+    found = columns(shown("sine", **SINE, current=1.0), FORCE, current=1.0, temperature=20.0, humidity=3.0)
     assert [*found] == ["time [s]", "displacement [m]", "velocity [m/s]", "current [A]"]
     assert found["time [s]"] == ["0.0", "0.25", "0.5", "0.75"]
     assert found["velocity [m/s]"] == ["4.0", "5.0", "6.0", "7.0"] and found["current [A]"] == ["1.0"] * 4
-    assert [*columns(test_of("sine", **SINE), FORCE, current=1.0)] == [*found][:3]
+    assert [*columns(shown("sine", **SINE), FORCE, current=1.0)] == [*found][:3]
 
 
 def test_a_drive_of_a_coil_is_its_current_once_and_one_that_is_warmed_has_its_temperature() -> None:
-    assert [*columns(test_of("sine", **SINE), FLUX)] == ["time [s]", "current [A]"]
+    assert [*columns(shown("sine", **SINE), FLUX)] == ["time [s]", "current [A]"]
     warm = Test("warm-up", 0.25, np.zeros((3, 4)), np.empty(0), np.ones(4))
     assert columns(warm, FORCE, temperature=60.0)["temperature [degC]"] == ["60.0"] * 4
 

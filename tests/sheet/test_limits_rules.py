@@ -215,6 +215,20 @@ def test_a_batch_without_values_without_its_tolerance_or_of_other_conditions_has
     assert batch([value("E", 90.0)], target=100.0, condition="tri*") == []
 
 
+def test_the_mean_of_a_batch_is_judged_across_conditions_too() -> None:
+    across = {f"u{k}": [AcrossRow(conditions="all speeds", quantity=value("alpha+", v, 0.01))]
+              for k, v in enumerate((0.38, 0.44))}  # fmt: skip
+    units = {name: [condition(name, value("E", 100.0))] for name in across}
+    limits = [Limit(quantity=n, target=t, batch_tolerance="5 %") for n, t in (("alpha+", 0.4), ("E", 100.0))]
+    rows = batch_verdicts(LimitsFile(limit=limits), units, across)
+    # a limit on one quantity says nothing of what lacks it
+    assert [(r.condition, r.quantity, r.verdict) for r in rows] == [
+        ("all speeds", "alpha+", "pass"),
+        ("sine", "E", "pass"),
+    ]
+    assert rows[0].value == pytest.approx(0.41)
+
+
 @pytest.mark.parametrize(
     ("rows", "worst"),
     [

@@ -1,5 +1,6 @@
 """Recordings to the rows of a sheet: levels of currents and temperatures, whole records, what one sample changes."""
 
+import fnmatch
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from mrfit.io.schemas.sheet import QuantityRow, SheetCondition
 from mrfit.measure.intervals import ConfidenceInterval, Estimate, known
 from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.settings.sheet import Settings
-from mrfit.sheet.measured import Measurements, measured, quantity_row
+from mrfit.sheet.measured import Measurements, measured, quantity_row, unit_of
 from tests.measure.rigs import of_rig, recording
 from tests.measure.test_bilinear import growing
 
@@ -93,6 +94,15 @@ def test_a_log_without_both_channels_says_what_there_is() -> None:
         "b.csv: no displacement and no force; a sheet takes both, and there are velocity; a channel map names columns",
     ]
     assert [one.recording for one in found.rows] == ["c"]
+
+
+@pytest.mark.parametrize("end", ["Z", "z"])
+def test_a_pattern_names_its_unit_whichever_way_python_writes_its_end(
+    end: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = fnmatch.translate
+    monkeypatch.setattr(fnmatch, "translate", lambda part: whole(part)[:-1] + end)
+    assert unit_of("logs/u7_5Hz.csv", "{unit}_*.csv") == "u7" and unit_of("logs/u7/a.csv", "*/{unit}/*.csv") == "u7"
 
 
 def test_rows_are_in_the_order_of_their_logs_and_stay_with_their_units() -> None:
