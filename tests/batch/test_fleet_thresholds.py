@@ -105,18 +105,20 @@ def test_the_residual_is_that_of_held_out_cycles_where_there_is_one() -> None:
 
 
 def test_a_group_knows_its_unit_its_current_and_half_of_its_intervals() -> None:
-    def of(log: str, low: float | None, current: float | None) -> LogRow:
-        own = [Fitted(parameter="fy", value=5.0, unit="N", low=low, high=8.0)]
+    def of(log: str, low: float | None, current: float | None, high: float | None = 8.0) -> LogRow:
+        own = [Fitted(parameter="fy", value=5.0, unit="N", low=low, high=high)]
         return LogRow(log=log, key="k", tests=[OfCondition(condition=f"at {current}", current=current, parameters=own)])
 
-    known, unknown = fleet_of([of("a", 4.0, 1.5), of("b", None, None)]).groups
+    known, unknown, half = fleet_of([of("a", 4.0, 1.5), of("b", None, None), of("c", 4.0, 2.0, None)]).groups
     assert (known.unit, known.current, known.widths[0]) == ("N", 1.5, 2.0)
-    assert math.isnan(unknown.current) and math.isnan(unknown.widths[0])
+    assert math.isnan(unknown.current) and math.isnan(unknown.widths[0]) and math.isnan(half.widths[0])
 
 
 def test_residuals_come_after_parameters_and_logs_that_share_a_condition_are_not_apart() -> None:
     together, alone = fleet_of(sound(1, 3)), fleet_of([row("a", 1.0), row("b", 1.0, condition="other")])
     assert [g.parameter for g in together.groups] == ["fy", RESIDUAL] and (together.most, alone.most) == (3, 1)
+    # the number of logs is that of the condition which most have
+    assert fleet_of([row("a", 1.0), row("b", 1.0), row("c", 1.0, condition="other")]).most == 2
     assert not together.is_apart and alone.is_apart and not fleet_of([]).is_apart and fleet_of([]).most == 0
 
 
