@@ -166,9 +166,11 @@ def current_reach(rig: Rig, cycles: float, rate: float) -> ChannelReach:
         raise ConfigError("[rig] lacks current, the largest one of the coil in A: add current = 3.0")
     if rig.frequency is None and rig.current_rate is None:
         raise ConfigError("[rig] does not limit how fast the current moves: add frequency in Hz or current_rate in A/s")
-    amplitude = rig.current[1]
+    lowest, amplitude = rig.current
     if amplitude <= 0.0:
         raise ConfigError(f"[rig] current ends at {amplitude:g} A: a coil is driven to both sides of 0")
+    if lowest < 0.0:
+        amplitude = min(amplitude, -lowest)
     speed = rig.current_rate or math.inf
     highest = speed / (2.0 * math.pi * LEAST_STROKE * amplitude)
     return ChannelReach(amplitude, speed, math.inf, *_band(rig, highest, cycles, rate))

@@ -29,7 +29,11 @@ LISTED_SHARE = 0.05
 TO_SIGMA = 1.4826
 # Share of the logs at either end whose medians tell how far a drift went
 ENDS = 0.1
-DATE = re.compile(r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)(?:[T_ -]?(\d\d)[-_:.h]?(\d\d)(?:[-_:.m]?(\d\d))?)?(?!\d)")
+# The beginning of another date is no time of day
+DATE = re.compile(
+    r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)"
+    r"(?:[T_ -]?(?!20\d\d(?:-\d\d-|_\d\d_|\.\d\d\.)\d\d(?!\d))(\d\d)[-_:.h]?(\d\d)(?:[-_:.m]?(\d\d))?)?(?!\d)"
+)
 
 
 @dataclass(frozen=True)

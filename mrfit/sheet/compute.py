@@ -84,7 +84,7 @@ def sheet_of(
         limits=(limits.title or str(settings.limits)) if limits else "",
         guard=limits.guard if limits else "",
         units=units,
-        batch=batch_verdicts(limits, {u.unit: u.conditions for u in units}) if limits else [],
+        batch=batch_verdicts(limits, {u.unit: u.conditions for u in units}, found.across) if limits else [],
         stands_out=_stands_out(units),
         changes=changes,
         unmatched=unmatched,

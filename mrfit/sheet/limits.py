@@ -178,21 +178,21 @@ def verdict_of(rows: Sequence[VerdictRow]) -> str:
     return next((one for one in (FAIL, UNDECIDED, PASS) if one in there), "")
 
 
-def batch_verdicts(limits: LimitsFile, units: Mapping[str, Sequence[SheetCondition]]) -> list[VerdictRow]:
-    """Return the verdicts on the mean of all units, by limit and condition."""
+def batch_verdicts(
+    limits: LimitsFile,
+    units: Mapping[str, Sequence[SheetCondition]],
+    across: Mapping[str, Sequence[AcrossRow]] | None = None,
+) -> list[VerdictRow]:
+    """Return the verdicts on the mean of all units, by limit and condition, quantities across conditions among them."""
     found = []
+    every = [(c.condition, q) for own in units.values() for c in own for q in c.quantities]
+    every += [(a.conditions, a.quantity) for own in (across or {}).values() for a in own]
     for limit in limits.limit:
         if limit.batch_tolerance is None or limit.target is None:
             continue
-        names = dict.fromkeys(c.condition for own in units.values() for c in own)
+        names = dict.fromkeys(c for c, q in every if q.name == limit.quantity)
         for condition in [n for n in names if fnmatch.fnmatchcase(n, limit.condition)]:
-            rows = [
-                q
-                for own in units.values()
-                for c in own
-                for q in c.quantities
-                if c.condition == condition and q.name == limit.quantity
-            ]
+            rows = [q for c, q in every if c == condition and q.name == limit.quantity]
             place = ("batch", "all units", condition)
             values = [(q.value, q.low, q.high) for q in rows if None not in (q.value, q.low, q.high)]
             if not values:

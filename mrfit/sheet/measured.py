@@ -93,8 +93,10 @@ def unit_of(source: str, pattern: str, option: str = "--unit-from") -> str:
         return ONE_UNIT
     if pattern.count("{unit}") != 1:
         raise ConfigError(f"{option} '{pattern}' has to hold {{unit}} once, as '*/{{unit}}_*.csv'")
+    # Python 3.14 writes the end of a pattern in a small letter
     before, after = (
-        fnmatch.translate(part).removeprefix("(?s:").removesuffix(r")\Z") for part in pattern.split("{unit}")
+        fnmatch.translate(part).removeprefix("(?s:").removesuffix(r")\Z").removesuffix(r")\z")
+        for part in pattern.split("{unit}")
     )
     anchored = before if before.startswith((".*", "/")) else rf"(?:.*/)?{before}"
     found = re.fullmatch(rf"(?s:{anchored}(?P<unit>[^/]+?){after})", Path(source).as_posix())

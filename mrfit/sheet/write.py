@@ -67,8 +67,12 @@ def written(
     for _ in in_processes(_write_one, [SheetPart(sheet, path) for path in files], jobs, silent):
         pass
     if pdf:
+        taken = set[str]()
         for number, unit in enumerate(file.units, 1):
             name = re.sub(r"[^\w.-]+", "_", unit.unit).strip("._") or f"unit{number}"
+            while name.lower() in taken:
+                name = f"{name}-{number}"
+            taken.add(name.lower())
             files.append(folder / (f"sheet-{name}.pdf" if len(file.units) > 1 else "sheet.pdf"))
             print_page.write(files[-1], sheet, unit)
             progress("pages", number, len(file.units))

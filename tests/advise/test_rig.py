@@ -66,6 +66,17 @@ def test_the_band_follows_speed_acceleration_sampling_and_length():
     assert motion_reach(rig_of({**PRESS, "frequency": 100}), 8, 200.0).high == pytest.approx(8.0)
 
 
+@pytest.mark.parametrize(
+    ("current", "amplitude"), [(3.0, 3.0), ([0.0, 3.0], 3.0), ([-2.0, 3.0], 2.0), ([-5.0, 3.0], 3.0)]
+)
+def test_a_coil_is_driven_to_both_sides_within_both_ends_of_its_current(current: object, amplitude: float) -> None:
+    reach = current_reach(rig_of({"seconds": 10, "current": current, "current_rate": 50}), 8, 1e4)
+    assert (reach.amplitude, reach.speed) == (amplitude, 50.0)
+    assert reach.high == pytest.approx(50.0 / (2.0 * 3.141592653589793 * 0.02 * amplitude))
+    with pytest.raises(ConfigError, match="current ends at -1 A: a coil is driven to both sides of 0"):
+        current_reach(rig_of({"seconds": 10, "current": [-3.0, -1.0], "current_rate": 50}), 8, 1e4)
+
+
 def test_limits_are_read_from_a_channel_map_too(tmp_path: Path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert rig_beside([]) is None
