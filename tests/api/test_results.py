@@ -127,12 +127,13 @@ def test_of_effects_that_cannot_be_told_apart_the_advice_is_shown() -> None:
 
 def test_a_discovery_and_a_fit_are_loaded_by_their_schema(tmp_path: Path) -> None:
     Discovery(discovery()).save(tmp_path / "d.json")
-    FitResult(fit(result())).save(tmp_path / "f.json")
+    whole = [Quantity(name=n, value=1.0) for n in ("fy", "C_inf", "f0")]
+    FitResult(fit(result(parameters=whole))).save(tmp_path / "f.json")
     one, other = load(tmp_path / "d.json"), load(tmp_path / "f.json")
     assert isinstance(one, Discovery) and one.to_json() == discovery().to_json()
     assert isinstance(other, FitResult) and other.name == "f"
-    (tmp_path / "list.json").write_text("[1]")
-    for name, said in (("list.json", "neither a fit nor a discovery"), ("none.json", "no such file")):
+    (tmp_path / "table.json").write_text("time,force\n0,1\n")
+    for name, said in (("table.json", "neither a fit nor a discovery"), ("none.json", "no such file")):
         with pytest.raises(DataError, match=said):
             load(tmp_path / name)
     # a file that begins as one is a damaged one, whatever stands before it
