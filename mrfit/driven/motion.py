@@ -128,9 +128,9 @@ def between_samples(values: Array) -> Array:
     """Return a band-limited signal (N,) at ``PER_SAMPLE`` times the rate, from the first sample to the last."""
     from scipy.signal import firwin, upfirdn
 
-    pad = min(_SINC_SAMPLES, len(values) - 1)
-    ends = 2.0 * values[0] - values[pad:0:-1], 2.0 * values[-1] - values[-2 : -2 - pad : -1]
+    # a record shorter than the window is continued again at the ends of what continues it
+    continued = np.pad(values, _SINC_SAMPLES, "reflect", reflect_type="odd")
     taps = PER_SAMPLE * firwin(2 * _SINC_SAMPLES * PER_SAMPLE + 1, 1.0 / PER_SAMPLE, window=_SINC_WINDOW)
-    found = upfirdn(taps, np.concatenate([ends[0], values, ends[1]]), PER_SAMPLE)
-    first = (_SINC_SAMPLES + pad) * PER_SAMPLE
+    found = upfirdn(taps, continued, PER_SAMPLE)
+    first = 2 * _SINC_SAMPLES * PER_SAMPLE
     return found[first : first + (len(values) - 1) * PER_SAMPLE + 1]
