@@ -71,9 +71,9 @@ def test_rows_are_numbers_of_the_rides_and_lag_is_taken_away_for_half_of_them() 
     frame = found.to_frame()
     assert list(frame["control"]) == [r.control for r in found.rows] and "switching" in frame and "chatter" not in frame
     content = found.document
-    assert content.roads == [
-        {"name": "bump 20 mm", "rise": 0.02, "length": 1.0, "speed": 15 / 3.6, "duration": 0.7, "start": 0.5}
-    ]  # noqa: E501
+    speed = 15.0 / 3.6
+    shape = {"rise": 0.02, "length": 1.0, "speed": speed, "duration": 0.7, "start": 0.5}
+    assert content.roads == [{"name": "bump 20 mm", **shape}]
     assert content.fit == found.damper.name and content.findings == found.findings and content.rows == list(found.rows)
 
 
