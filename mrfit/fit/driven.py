@@ -234,16 +234,24 @@ def _by_series(values: Array, excitation: Array, order: int, dt: float) -> list[
 
 
 def _by_polynomials(segment: Segment, log: Recording, order: int) -> list[Array]:
-    """Return the same of a motion that does not repeat, over part and lead-in; integrals without their trend."""
+    """Return the same of a motion that does not repeat, over part and lead-in; integrals without their trend.
+
+    The trend is that of the displacement, so that an offset and what was there before the record are taken off at once.
+    A line taken off a velocity would become a parabola as large as the motion.
+    """
+    from scipy.integrate import cumulative_trapezoid
+
     values = np.asarray(log.channels[MOTION_OF_MASS[order]])
     if order == ABSOLUTE:
         values = values - np.asarray(log.channels[segment.drive])
-    place = min(order, 2)
+    place, time = min(order, 2), log.dt * np.arange(len(values))
     made = {MOTION_OF_MASS[place]: values}
+    path = values - values.mean() * (place > 0)
     for name in reversed(MOTION_OF_MASS[:place]):
-        path = np.cumsum(values - values.mean()) * log.dt
-        slope, level = np.polyfit(np.arange(len(path)), path, 1)
-        made[name] = values = path - slope * np.arange(len(path)) - level
+        made[name] = path = cumulative_trapezoid(path, dx=log.dt, initial=0.0)
+    trend = np.polynomial.Polynomial.fit(time, path, place)
+    for degree, name in enumerate(MOTION_OF_MASS[:place]):
+        made[name] = made[name] - trend.deriv(degree)(time)
     plain = replace(segment, cycles=0, frequency=0.0)
     return list(smooth(replace(log, channels=made), plain, MOTION_OF_MASS[:3]).values)
 

@@ -208,6 +208,19 @@ def test_motion_of_a_random_record_is_without_what_integrals_add_of_their_own() 
     assert beside[0] == pytest.approx(found[0], abs=1e-9)
 
 
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.5])
+def test_the_parabola_of_two_integrals_is_taken_off_at_once(phase: float) -> None:
+    time, speed = DT * np.arange(16000), 3 * np.pi
+    x, v = 0.01 * np.cos(speed * time + phase), -0.01 * speed * np.sin(speed * time + phase)
+    logged = {"acceleration": 0.7 - speed**2 * x, "excitation_force": x}
+    recording = Recording("r", "r.csv", "", "", DT, 0.0, logged, {})
+    segment = Segment("r#1", "a", "r", 0, 16000, 0, "random", "excitation_force", 0.0, 1.0, 0.0, 0, NAN, NAN, "train")
+    found = _by_polynomials(segment, recording, 2)
+    # what a cosine of 48 cycles has of a parabola is a share of 1/48 of it
+    assert np.abs(found[0] - x).max() < np.ptp(x) / 48
+    assert np.abs(found[1] - v).max() < np.ptp(v) / 48 / 10
+
+
 @pytest.mark.parametrize("text", ["0", "-1", "inf", "nan", "two"])
 def test_what_is_no_mass_is_refused(text: str) -> None:
     with pytest.raises(ConfigError, match=f"--mass {text} is no mass: give it in kg"):
