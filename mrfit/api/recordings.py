@@ -23,6 +23,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.build import LogOrigin, build
 from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.units import compatible, known
 from mrfit.ingest.table import Column, Table
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
 from mrfit.io.bars import Heard, shown
@@ -152,12 +153,13 @@ class Recording(core.Recording):
         if len(named) < len(frame.columns):
             raise DataError(f"{name}: two columns have one name; rename one of them")
         columns = {n: (_values(name, n, v), unit) for n, v, unit in _with_units(named, units, name)}
+        timed = [n for n, (_, unit) in columns.items() if _is_time(n, unit)]
         if time is not None:
             if time not in columns:
                 raise ConfigError(f"{name}: time = '{time}' is no column; there are {', '.join(columns)}")
             values, unit = columns.pop(time)
-            columns = {"time": (values, unit or "s"), **{n: c for n, c in columns.items() if not _is_time(n)}}
-        elif not any(_is_time(n) for n in columns) and (times := index_times(frame.index, dt, name)) is not None:
+            columns = {"time": (values, unit or "s"), **{n: c for n, c in columns.items() if n not in timed}}
+        elif not timed and (times := index_times(frame.index, dt, name)) is not None:
             columns = {"time": (times, "s"), **columns}
         columns, said = _by_symbol(columns)
         made = cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
@@ -172,7 +174,7 @@ class Recording(core.Recording):
         if len(set(lengths.values())) > 1:
             raise DataError(f"{test.name}: channels of different lengths: {_listed(lengths)}; cut them to one length")
         made = [Column(name_and_unit(n)[0], unit, values, k) for k, (n, (values, unit)) in enumerate(columns.items())]
-        clock = next((c for c in made if c.name.lower() in TIME_NAMES), None)
+        clock = next((c for c in made if _is_time(c.name, c.unit)), None)
         table = Table(
             tuple(c for c in made if c is not clock),
             np.arange(1, 1 + max(lengths.values(), default=0), dtype=np.int64),
@@ -247,7 +249,7 @@ def _by_symbol(
         among = [c for c in meant[n] if c.name not in columns and c.name not in found]
         if len(among) > 1:
             among = [c for c in among if (c.name in of_motion) == moving]
-        if unit is not None or len(n) > 1 or _is_time(n) or len(among) != 1:
+        if unit is not None or len(n) > 1 or _is_time(n, unit) or len(among) != 1:
             found[n] = values, unit
             continue
         (channel,) = among
@@ -261,8 +263,10 @@ def _listed(lengths: Mapping[str, int]) -> str:
     return ", ".join(f"{n} {length}" for n, length in lengths.items())
 
 
-def _is_time(column: str) -> bool:
-    return name_and_unit(column)[0].lower() in TIME_NAMES
+def _is_time(column: str, unit: str | None) -> bool:
+    """Return whether a column is called as times are, in a unit that is none of another quantity, as ``T`` in degC."""
+    of_another = unit is not None and known(unit) and not compatible(unit, "s")
+    return name_and_unit(column)[0].lower() in TIME_NAMES and not of_another
 
 
 def _with_units(
@@ -273,8 +277,8 @@ def _with_units(
     for column in given:
         if column not in columns:
             raise ConfigError(f"{name}: units name '{column}', which is no column; there are {', '.join(columns)}")
-    known = {n: unit_of(n) for n in columns if n in CHANNELS} | {n: "s" for n in columns if n.lower() == "time"}
-    return [(n, v, given.get(n, name_and_unit(n)[1] or known.get(n))) for n, v in columns.items()]
+    own = {n: unit_of(n) for n in columns if n in CHANNELS} | {n: "s" for n in columns if n.lower() == "time"}
+    return [(n, v, given.get(n, name_and_unit(n)[1] or own.get(n))) for n, v in columns.items()]
 
 
 def _number(log: str, what: str, value: float, give: str = "a number in SI units, or leave it out") -> float:

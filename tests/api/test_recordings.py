@@ -107,3 +107,15 @@ def test_a_name_that_is_there_is_no_pattern(tmp_path: Path) -> None:
         mrfit.read(tmp_path / "*.txt", progress=False)
     with pytest.raises(ConfigError, match="there is no option 'patern': did you mean pattern"):
         mrfit.read(tmp_path / "run1.csv", patern="{current:A}A")
+
+
+@pytest.mark.parametrize("names", [("T (degC)", "time (s)"), ("time (s)", "T (degC)"), ("T", "t")])
+def test_a_temperature_called_as_times_are_is_no_clock(names: tuple[str, str]) -> None:
+    warmth = np.linspace(20.0, 21.0, len(K))
+    columns = {n: warmth if n[0] == "T" else TIME for n in names}
+    units = None if "T (degC)" in names else {"T": "degC", "t": "s"}
+    clock = next(n for n in names if n[0] == "t")
+    for time in (None, clock):
+        found = Recording.from_frame(pd.DataFrame({**columns, "force": WAVE}), units=units, time=time)
+        assert found.dt == pytest.approx(0.01)
+        assert found.channels["temperature"] == pytest.approx(warmth)
