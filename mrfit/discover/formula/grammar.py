@@ -69,7 +69,7 @@ def from_an_origin(term: Term) -> Term | None:
 def mirrored(term: Term) -> list[Term]:
     """Return the other readings of a term that is one-sided in the velocity: its odd half is a law's.
 
-    max(0,v)^m, -max(0,-v)^m and |v|^m/2 differ by a force that is odd in v; beside a law they are one.
+    max(0,v)^m, max(0,-v)^m and |v|^m/2 differ by a force that is odd in v; beside a law they are one.
     """
     found = []
     for at, f in enumerate(term.factors):
