@@ -248,7 +248,7 @@ def _by_polynomials(segment: Segment, log: Recording, order: int) -> list[Array]
     made = {MOTION_OF_MASS[place]: values}
     path = values - values.mean() * (place > 0)
     for name in reversed(MOTION_OF_MASS[:place]):
-        made[name] = path = cumulative_trapezoid(path, dx=log.dt, initial=0.0)
+        made[name] = path = cumulative_trapezoid(path, dx=log.dt, initial=0)
     trend = np.polynomial.Polynomial.fit(time, path, place)
     for degree, name in enumerate(MOTION_OF_MASS[:place]):
         made[name] = made[name] - trend.deriv(degree)(time)
