@@ -264,9 +264,10 @@ def _listed(lengths: Mapping[str, int]) -> str:
 
 
 def _is_time(column: str, unit: str | None) -> bool:
-    """Return whether a column is called as times are, in a unit that is none of another quantity, as ``T`` in degC."""
-    of_another = unit is not None and known(unit) and not compatible(unit, "s")
-    return name_and_unit(column)[0].lower() in TIME_NAMES and not of_another
+    """Return whether a column is called as times are; ``T`` in a unit of another quantity, as degC, is none."""
+    name = name_and_unit(column)[0]
+    of_another = name == "T" and unit is not None and known(unit) and not compatible(unit, "s")
+    return name.lower() in TIME_NAMES and not of_another
 
 
 def _with_units(

@@ -190,8 +190,12 @@ def batch_verdicts(
     for limit in limits.limit:
         if limit.batch_tolerance is None or limit.target is None:
             continue
-        names = dict.fromkeys(c for c, q in every if q.name == limit.quantity)
-        for condition in [n for n in names if fnmatch.fnmatchcase(n, limit.condition)]:
+        there = dict.fromkeys(c for c, q in every if q.name == limit.quantity)
+        names = [n for n in there if fnmatch.fnmatchcase(n, limit.condition)]
+        if not names:
+            place = ("batch", "all units", limit.condition)
+            found.append(_undecided(limit, place, "no unit has this quantity in such a condition"))
+        for condition in names:
             rows = [q for c, q in every if c == condition and q.name == limit.quantity]
             place = ("batch", "all units", condition)
             values = [(q.value, q.low, q.high) for q in rows if None not in (q.value, q.low, q.high)]

@@ -134,6 +134,7 @@ def test_residuals_come_after_parameters_and_logs_that_share_a_condition_are_not
         # the year of a second date is no time of day, and a time of day is no year
         ("2026-03-01_2026-03-05.csv", "2026-03-01"),
         ("2026.03.01 2026.03.05.csv", "2026-03-01"),
+        ("20240305_2015_30_01.csv", "20240305_20:15:30"),
         ("20260301_202603_15.csv", "2026-03-01 20:26:03"),
         ("2026-03-01 00h00.csv", "2026-03-01"),
         ("2026-03-01T12-30-15.csv", "20260301_12:30:15"),

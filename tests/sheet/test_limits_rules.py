@@ -212,7 +212,10 @@ def test_a_batch_without_values_without_its_tolerance_or_of_other_conditions_has
     [row] = batch([value("E", 90.0, None)], target=100.0)
     assert (row.verdict, row.reason) == ("cannot be judged", "no unit has a value with an interval")
     assert batch([value("E", 90.0)], target=100.0, batch_tolerance=None, tolerance=5.0) == []
-    assert batch([value("E", 90.0)], target=100.0, condition="tri*") == []
+    [other] = batch([value("E", 90.0)], target=100.0, condition="tri*")
+    assert (other.condition, other.verdict) == ("tri*", "cannot be judged")
+    [lacking] = batch([value("E", 90.0)], target=100.0, quantity="alpha+")
+    assert lacking.reason == "no unit has this quantity in such a condition"
 
 
 def test_the_mean_of_a_batch_is_judged_across_conditions_too() -> None:

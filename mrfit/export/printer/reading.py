@@ -287,19 +287,23 @@ class FunctionReader(ValueReader):
         if not isinstance(node.target, ast.Name) or step not in ("1", "-1"):
             self.fail(node, "a loop has one variable, which counts by 1 or -1")
         start = self.value(call.args[0]) if len(call.args) > 1 else ir.whole(0)
-        end = call.args[1 if len(call.args) > 1 else 0]
-        # Python has counted before it begins, C asks again in every round
-        inner = {id(n.target) for n in ast.walk(node) if isinstance(n, ast.For)}
-        fixed = {node.target.id, *(n.id for n in ast.walk(end) if isinstance(n, ast.Name))}
-        for one in (n for n in ast.walk(node) if isinstance(n, ast.Name) and n.id in fixed and id(n) not in inner):
-            if isinstance(one.ctx, ast.Store):
-                self.fail(one, "in a loop its count and its end stay as they are")
+        end, name = call.args[1 if len(call.args) > 1 else 0], node.target.id
+        self.check_range(node, name, end)
         stop = self.value(end)
-        name = node.target.id
         if name.strip("_") == "":
             name = next(n for n in ("k", "j", "round_") if n not in self.stored and n not in self.known)
         self.known[node.target.id] = ir.INT
         yield ir.For(self.named(name), start, stop, step == "-1", self.looped(node.body))
+
+    def check_range(self, node: ast.For, name: str, end: ast.expr) -> None:
+        """Refuse a loop whose range would change: Python has counted before it begins, C asks again in every round."""
+        if any(isinstance(n, ast.Name) and n.id == name for n in ast.walk(node.iter)):
+            self.fail(node, "the range of a loop does not know its count")
+        fixed = {n.id for n in ast.walk(end) if isinstance(n, ast.Name)} | ({name} if name.strip("_") else set())
+        for one in (n for statement in node.body for n in ast.walk(statement)):
+            place = one.value if isinstance(one, ast.Subscript) else one
+            if isinstance(getattr(one, "ctx", None), ast.Store) and isinstance(place, ast.Name) and place.id in fixed:
+                self.fail(one, "in a loop its count and its end stay as they are")
 
     def assigned(self, node: ast.stmt, target: ast.expr, given: ast.expr) -> Iterator[ir.Statement]:
         """Yield an assignment of one or several values."""
@@ -350,6 +354,8 @@ class FunctionReader(ValueReader):
             for one, item in zip(target.elts, values, strict=True):
                 yield from self.matched(node, one, item)
         elif isinstance(target, ast.Name) and value.kind.name == "tuple":
+            if target.id in self.perhaps:
+                self.fail(node, "a tuple that is an argument is set in a branch; give the new one another name")
             if self.stored[target.id] == 1 and all(self.fixed(v) or self.single(v) for v in self.flat(value)):
                 self.aliases[target.id], self.known[target.id] = value, value.kind
                 return

@@ -103,6 +103,10 @@ class ValueReader:
         stored = [n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
         # an argument has a value before it is set
         self.stored = {n: stored.count(n) + (n in inspect.signature(function).parameters) for n in stored}
+        inner = [n for b in nodes if isinstance(b, ast.If | ast.For | ast.While) for n in ast.walk(b)]
+        # arguments that are set in a branch or a loop, if it is gone through
+        self.perhaps = {n.id for n in inner if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        self.perhaps &= {*inspect.signature(function).parameters}
         # tuples of which an item is read whose place is not constant
         self.indexed = {
             n.value.id

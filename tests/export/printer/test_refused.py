@@ -27,6 +27,12 @@ def one(x: float, y: float = 2.0) -> float:
 def many(*x: float) -> float:
     return 1.0
 
+def chosen(s: tuple[float, float], c: float) -> float:
+    p, q = s
+    if c > 0.0:
+        s = (c, p)
+    return s[0] - 2.0 * s[1] + q
+
 def main(x: float, y: float) -> float:
 """
 FILE = "<refused>"
@@ -93,6 +99,19 @@ def read(function: Any) -> ir.Program:
             "in a loop its count and its end stay as they are",
         ),
         ("n = int(x)\nfor k in range(n):\n    n -= 1\nreturn y + n", "n", "its count and its end stay as they are"),
+        ("for k in range(4):\n    for k in range(2):\n        x += k\nreturn x", "k", "its count and its end stay"),
+        (
+            "n = 4\nfor k in range(n):\n    for n in range(2):\n        x += k\nreturn x",
+            "n",
+            "its count and its end stay",
+        ),
+        ("k = 3\nfor k in range(k):\n    x += k\nreturn x", "for k in range(k):", "does not know its count"),
+        ("for k in range(0, k + 1):\n    x += k\nreturn x", "for k in range(0, k + 1):", "does not know its count"),
+        (
+            "v = np.zeros(2)\nv[0] = 3.0\nfor k in range(int(v[0])):\n    v[0] -= 1.0\nreturn v[0]",
+            "v[0]",
+            "its count and its end stay",
+        ),
         ("while x > y:\n    x -= 1.0\nelse:\n    x = y\nreturn x", "while x > y:", "there is no such statement"),
         ("for k in range(2):\n    x += k\nelse:\n    x = y\nreturn x", "for k in range(2):", "no such statement"),
         ("a = b = x\nreturn a", "a = b = x", "there is no such statement"),
@@ -116,6 +135,13 @@ def test_what_has_no_form_is_named_by_its_place_and_the_reason(
     assert any(word in lines[line - 1] for word in (fault, fault.strip("()")))
 
 
+def test_a_tuple_that_is_an_argument_is_set_in_no_branch(made: Callable[[str], Any]) -> None:
+    with pytest.raises(
+        DataError, match="a tuple that is an argument is set in a branch; give the new one another name"
+    ):
+        read(made("return chosen((x, y), x)"))
+
+
 @pytest.mark.parametrize(
     "body",
     [
@@ -125,6 +151,7 @@ def test_what_has_no_form_is_named_by_its_place_and_the_reason(
         "a, _ = two(x, y)\nreturn a",
         "for k in range(3, 0, -1):\n    x += k\nreturn x",
         "for _ in range(2):\n    for _ in range(3):\n        x -= y\nreturn x",
+        "for _ in range(3):\n    x, _ = two(x, y)\nreturn x",
         "n = int(x)\nfor k in range(n):\n    y += k * n\nn = 2\nreturn y * n",
         "return x if (x > y) == (y > 0.0) else y",
         "k = 7 // 2 + 7 % 4\nreturn x * k",
