@@ -124,7 +124,7 @@ def damper(
         raise ConfigError(f"'{model}' has no parameter '{unknown[0]}'; it has {', '.join(spec.names)}")
     neutral = {
         f"{e}.{p.name}": value
-        for e in model.split("+")[1:]
+        for e in registry.elements(model)[1]
         for effect in [registry.load("effect", e).SPEC]
         for p, value in zip(effect.params, effect.neutral, strict=True)
     }

@@ -111,7 +111,8 @@ def _settings(settings: Settings, spec: EffectSpec, form: Form) -> Settings:
     """Return the settings of a fit with a form: what is said of the effect's parameters is for its own form alone."""
     if form.effect == spec.name and not form.held:
         return replace(settings, forms="named", name=settings.fit_name)
-    words = [form.effect if w == spec.name else w for w in settings.model.split("+")]
+    law, mass, driven = settings.model.partition("@")
+    words = [form.effect if w == spec.name else w for w in law.split("+")]
     other = registry.load("effect", form.effect).SPEC
     neutral = dict(zip((p.name for p in other.params), other.neutral, strict=True))
     held = tuple((f"{other.name}.{n}", neutral[n]) for n in form.held)
@@ -121,7 +122,7 @@ def _settings(settings: Settings, spec: EffectSpec, form: Form) -> Settings:
 
     return replace(
         settings,
-        model="+".join(words),
+        model=f"{'+'.join(words)}{mass}{driven}",
         name=settings.fit_name,
         forms="named",
         bounds=tuple(b for b in settings.bounds if kept(b[0])),

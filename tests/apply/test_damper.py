@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.page import facts_of
-from mrfit.errors import ConfigError
+from mrfit.errors import ConfigError, DataError
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, FitDependence, Quantity, Result
 from mrfit.models import tanh
@@ -69,3 +69,9 @@ def test_the_facts_of_a_page_have_the_equations_of_effects() -> None:
     lag = paper_tanh(**{"current-lag.tau": 0.02, "current-lag.t_d": 0.0})
     plain, lagged = (dict(facts_of(one))["Equation"] for one in (paper_tanh(), lag))
     assert lagged == f"{plain}; current-lag: d(i_sim)/dt = (i(t - t_d) - i_sim)/tau"
+
+
+@pytest.mark.parametrize("model", ["bingham@force-displacement", "bingham+gas-spring@force-displacement"])
+def test_a_mass_is_refused_with_and_without_an_effect(model: str) -> None:
+    with pytest.raises(DataError, match=r"predicts displacement: apply takes models of force or torque"):
+        damper(model, {"fy": 1.0, "C_inf": 2.0, "f0": 0.0, "mass": 1.0})

@@ -7,7 +7,10 @@ import pandas as pd
 import pytest
 
 import mrfit
+from mrfit.core import registry
 from mrfit.errors import ConfigError
+from mrfit.fit.forms import _settings, with_forms
+from mrfit.settings.fit import Settings
 
 FY, C, DT = 400.0, 900.0, 4e-3
 NOISE = 2.0
@@ -90,3 +93,12 @@ def test_without_asking_the_form_is_the_one_named() -> None:
 def test_a_choice_that_cannot_be_made_is_refused(options: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         fitted(heated(cubic, (20.0, 60.0), 6), **options)
+
+
+def test_a_form_takes_the_place_of_its_effect_beside_a_mass_too() -> None:
+    model = "bingham+temperature@force-displacement"
+    spec = with_forms(model)
+    assert spec is registry.load("effect", "temperature").SPEC
+    other = next(f for f in spec.forms if f.effect != spec.name)
+    asked = _settings(Settings(model, forms="evidence", per="all"), spec, other)
+    assert asked.model == f"bingham+{other.effect}@force-displacement"
