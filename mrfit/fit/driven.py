@@ -246,7 +246,7 @@ def _by_polynomials(segment: Segment, log: Recording, order: int) -> list[Array]
         values = values - np.asarray(log.channels[segment.drive])
     place, time = min(order, 2), log.dt * np.arange(len(values))
     made = {MOTION_OF_MASS[place]: values}
-    path = values - values.mean() * (place > 0)
+    path = values - values.mean()
     for name in reversed(MOTION_OF_MASS[:place]):
         made[name] = path = cumulative_trapezoid(path, dx=log.dt, initial=0)
     trend = np.polynomial.Polynomial.fit(time, path, place)

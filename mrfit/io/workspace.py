@@ -536,7 +536,11 @@ def _segment(row: SegmentRow) -> Segment:
 
 def recording_id(source: Path, taken: set[str]) -> str:
     """Return a file-system-safe identifier for a log: its stem, numbered if another log already has it."""
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", source.stem).strip("-.") or "recording"
+    return numbered(re.sub(r"[^A-Za-z0-9._-]+", "-", source.stem).strip("-.") or "recording", taken)
+
+
+def numbered(stem: str, taken: set[str]) -> str:
+    """Return a name of a file, numbered if one that is taken is the same but for capitals, and add it to these."""
     name, number = stem, 2
     while name.lower() in taken:
         name, number = f"{stem}-{number}", number + 1

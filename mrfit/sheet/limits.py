@@ -157,8 +157,7 @@ def verdicts(
 ) -> list[VerdictRow]:
     """Return the verdicts of a unit: of every limit on every condition that its pattern matches."""
     found = []
-    rows = [(c.condition, q) for c in conditions for q in c.quantities]
-    rows += [(a.conditions, a.quantity) for a in across]
+    rows = _rows(conditions, across)
     for limit in limits.limit:
         own = [(c, q) for c, q in rows if q.name == limit.quantity and fnmatch.fnmatchcase(c, limit.condition)]
         for condition, row in own:
@@ -170,6 +169,12 @@ def verdicts(
             of = "no condition of this unit" if limit.condition == "*" else f"no condition like '{limit.condition}'"
             found.append(_undecided(limit, ("unit", unit, limit.condition), f"{of} has this quantity"))
     return found
+
+
+def _rows(conditions: Sequence[SheetCondition], across: Sequence[AcrossRow]) -> list[tuple[str, QuantityRow]]:
+    """Return the quantities of a unit, each behind the name of its conditions."""
+    own = [(c.condition, q) for c in conditions for q in c.quantities]
+    return own + [(a.conditions, a.quantity) for a in across]
 
 
 def verdict_of(rows: Sequence[VerdictRow]) -> str:
@@ -185,8 +190,7 @@ def batch_verdicts(
 ) -> list[VerdictRow]:
     """Return the verdicts on the mean of all units, by limit and condition, quantities across conditions among them."""
     found = []
-    every = [(c.condition, q) for own in units.values() for c in own for q in c.quantities]
-    every += [(a.conditions, a.quantity) for own in (across or {}).values() for a in own]
+    every = [row for unit, own in units.items() for row in _rows(own, (across or {}).get(unit, ()))]
     for limit in limits.limit:
         if limit.batch_tolerance is None or limit.target is None:
             continue

@@ -10,7 +10,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.sheet import QuantityRow, SheetFile, VerdictRow
-from mrfit.io.workspace import checked, write_json, write_text
+from mrfit.io.workspace import checked, numbered, write_json, write_text
 from mrfit.settings.sheet import Settings
 from mrfit.sheet.compute import SheetContent, sheet_of
 from mrfit.sheet.measured import LOGS_FOR_PROCESSES
@@ -69,10 +69,7 @@ def written(
     if pdf:
         taken = set[str]()
         for number, unit in enumerate(file.units, 1):
-            name = re.sub(r"[^\w.-]+", "_", unit.unit).strip("._") or f"unit{number}"
-            while name.lower() in taken:
-                name = f"{name}-{number}"
-            taken.add(name.lower())
+            name = numbered(re.sub(r"[^\w.-]+", "_", unit.unit).strip("._") or f"unit{number}", taken)
             files.append(folder / (f"sheet-{name}.pdf" if len(file.units) > 1 else "sheet.pdf"))
             print_page.write(files[-1], sheet, unit)
             progress("pages", number, len(file.units))

@@ -354,7 +354,7 @@ class FunctionReader(ValueReader):
             for one, item in zip(target.elts, values, strict=True):
                 yield from self.matched(node, one, item)
         elif isinstance(target, ast.Name) and value.kind.name == "tuple":
-            if target.id in self.perhaps:
+            if target.id in self.branched_arguments:
                 self.fail(node, "a tuple that is an argument is set in a branch; give the new one another name")
             if self.stored[target.id] == 1 and all(self.fixed(v) or self.single(v) for v in self.flat(value)):
                 self.aliases[target.id], self.known[target.id] = value, value.kind

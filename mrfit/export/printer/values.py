@@ -101,12 +101,13 @@ class ValueReader:
         self.loops = 0
         nodes = list(ast.walk(self.source.tree))
         stored = [n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+        arguments = {*inspect.signature(function).parameters}
         # an argument has a value before it is set
-        self.stored = {n: stored.count(n) + (n in inspect.signature(function).parameters) for n in stored}
+        self.stored = {n: stored.count(n) + (n in arguments) for n in stored}
         inner = [n for b in nodes if isinstance(b, ast.If | ast.For | ast.While) for n in ast.walk(b)]
-        # arguments that are set in a branch or a loop, if it is gone through
-        self.perhaps = {n.id for n in inner if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-        self.perhaps &= {*inspect.signature(function).parameters}
+        inner_stored = {n.id for n in inner if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        # set in a branch or a loop, which may be passed over
+        self.branched_arguments = inner_stored & arguments
         # tuples of which an item is read whose place is not constant
         self.indexed = {
             n.value.id
