@@ -296,7 +296,11 @@ class FunctionReader(ValueReader):
         yield ir.For(self.named(name), start, stop, step == "-1", self.looped(node.body))
 
     def check_range(self, node: ast.For, name: str, end: ast.expr) -> None:
-        """Refuse a loop whose range would change: Python has counted before it begins, C asks again in every round."""
+        """Refuse a loop whose range would change, which C asks for again in every round, and a count read elsewhere."""
+        inside = [n for f in ast.walk(self.source.tree) if self.counts(f, name) for n in ast.walk(f)]
+        for one in ast.walk(self.source.tree) if name.strip("_") else ():
+            if isinstance(one, ast.Name) and one.id == name and isinstance(one.ctx, ast.Load) and one not in inside:
+                self.fail(one, "the count of a loop is read inside it only; give the other one another name")
         if any(isinstance(n, ast.Name) and n.id == name for n in ast.walk(node.iter)):
             self.fail(node, "the range of a loop does not know its count")
         fixed = {n.id for n in ast.walk(end) if isinstance(n, ast.Name)} | ({name} if name.strip("_") else set())
@@ -304,6 +308,11 @@ class FunctionReader(ValueReader):
             place = one.value if isinstance(one, ast.Subscript) else one
             if isinstance(getattr(one, "ctx", None), ast.Store) and isinstance(place, ast.Name) and place.id in fixed:
                 self.fail(one, "in a loop its count and its end stay as they are")
+
+    @staticmethod
+    def counts(node: ast.AST, name: str) -> bool:
+        """Return whether a statement is a loop with this count."""
+        return isinstance(node, ast.For) and isinstance(node.target, ast.Name) and node.target.id == name
 
     def assigned(self, node: ast.stmt, target: ast.expr, given: ast.expr) -> Iterator[ir.Statement]:
         """Yield an assignment of one or several values."""
@@ -351,6 +360,9 @@ class FunctionReader(ValueReader):
             values = self.items_of(value)
             if len(values) != len(target.elts):
                 self.fail(node, f"there are {len(values)} values")
+            new = {n.id for n in target.elts if isinstance(n, ast.Name)}
+            if any(isinstance(n, ast.Name) and n.id in new for e in target.elts for n in ast.walk(e) if n is not e):
+                self.fail(target, "a place in an array is set in the statement that has it; use two statements")
             for one, item in zip(target.elts, values, strict=True):
                 yield from self.matched(node, one, item)
         elif isinstance(target, ast.Name) and value.kind.name == "tuple":

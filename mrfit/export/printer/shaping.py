@@ -68,7 +68,7 @@ def at_once(
     """Yield assignments that happen together one after another, so that none reads what another has changed."""
     left = [(t, v) for t, v in pairs if t != v]
     while left:
-        free = [t for t, _ in left if not any(t in ir.parts(v) for u, v in left if u != t)]
+        free = [t for t, _ in left if not any(_reads(v, t) for u, v in left if u != t)]
         if free:
             yield from (ir.Assign(t, v) for t, v in left if t == free[0])
             left = [(t, v) for t, v in left if t != free[0]]
@@ -79,6 +79,15 @@ def at_once(
             left[0] = target, kept
             # what was to be read before it changes is now read from elsewhere
             left = left[1:] + left[:1]
+
+
+def _reads(value: ir.Expression, place: ir.Place) -> bool:
+    """Return whether a value reads a place, or may: an element of an array whose number is known as it runs only."""
+    own = [p for p in ir.parts(value) if isinstance(p, ir.Subscript) and isinstance(place, ir.Subscript)]
+    fixed = isinstance(place, ir.Subscript) and isinstance(place.index, ir.Literal)
+    return place in ir.parts(value) or any(
+        p.value == place.value and not (fixed and isinstance(p.index, ir.Literal)) for p in own
+    )
 
 
 class _Exits:

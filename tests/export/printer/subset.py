@@ -71,6 +71,16 @@ def swapped(x: float, y: float) -> tuple[float, float]:
     return x, y
 
 
+def exchanged(x: float, y: float) -> float:
+    """Return elements of an array that change places at once, where which ones is known as it runs."""
+    v = np.zeros(3)
+    v[0], v[1], v[2] = x, y, x * y
+    k = 0 if x > y else 1
+    v[0], held = y + 1.0, v[k]
+    v[k], v[k + 1] = v[k + 1], v[k]
+    return held + 2.0 * v[0] + 3.0 * v[1] + 5.0 * v[2]
+
+
 def both(x: float, y: float) -> float:
     """Return what calls of functions of several values give."""
     low, high = swapped(x, y)
@@ -230,6 +240,7 @@ def nested_places(x: float, y: float) -> float:
 
 
 CASES = (
+    exchanged,
     from_inner_loop,
     once_in_a_branch,
     either_of,
