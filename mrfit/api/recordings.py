@@ -23,9 +23,8 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.build import LogOrigin, build
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.meaning.units import compatible, known
 from mrfit.ingest.table import Column, Table
-from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.text.layout import is_called_time, name_and_unit
 from mrfit.io.bars import Heard, shown
 from mrfit.io.escapes import visible
 from mrfit.io.workspace import recording_id
@@ -264,10 +263,8 @@ def _listed(lengths: Mapping[str, int]) -> str:
 
 
 def _is_time(column: str, unit: str | None) -> bool:
-    """Return whether a column is called as times are; ``T`` in a unit of another quantity, as degC, is none."""
-    name = name_and_unit(column)[0]
-    of_another = name == "T" and unit is not None and known(unit) and not compatible(unit, "s")
-    return name.lower() in TIME_NAMES and not of_another
+    """Return whether a column is called as times are."""
+    return is_called_time(name_and_unit(column)[0], unit)
 
 
 def _with_units(

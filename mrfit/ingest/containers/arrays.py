@@ -18,10 +18,11 @@ from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
 from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs, split_in_tests
 from mrfit.ingest.containers.shelf import Shelf
+from mrfit.ingest.meaning.channel_map import columns_meant
 from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit, name_and_units
+from mrfit.ingest.text.layout import DATE_NAMES, is_called_time, name_and_unit, name_and_units
 from mrfit.ingest.time.clocks import is_called_clock, is_clock, is_stamp
 from mrfit.ingest.time.rate import rate_missing
 
@@ -303,9 +304,11 @@ def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:
 def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Mapping[str, int]) -> list[str]:
     """Return the vectors of a group that are times: named so and rising, but for a few jumps; the first is used."""
     if wanted is not None:
-        return [n for n in names if n == wanted or order[n] == wanted]
-    for known in (TIME_NAMES, DATE_NAMES):
-        called = [n for n in names if name_and_unit(_called(n, arrays))[0].lower() in known]
+        places = columns_meant(wanted, {order[n]: n for n in names})
+        return [n for n in names if order[n] in places]
+    named = {n: (name_and_unit(_called(n, arrays))[0], _column(n, arrays, order[n]).unit) for n in names}
+    times = [n for n in names if is_called_time(*named[n])]
+    for called in (times, [n for n in names if named[n][0].lower() in DATE_NAMES]):
         if rising := [n for n in called if series.rises(arrays.signals[n])]:
             return rising
     stamps = [n for n in names if is_stamp(_called(n, arrays), arrays.signals[n])]

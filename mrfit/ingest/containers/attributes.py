@@ -66,19 +66,24 @@ def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> st
     name
         Of the number.
     texts
-        Texts by name, of any case.
+        Texts by name, of any case; ``T_unit`` is of ``T`` before it is of ``t``.
     marks
         What may stand between a name and the word for its unit.
     """
-    low = {key.lower().lstrip("."): text for key, text in texts.items()}
-    parents, leaf = name.lower().split(".")[:-1], name.lower().rpartition(".")[2]
+    low = {key.lower().lstrip("."): text for key, text in texts.items()} | dict(texts)
+    return next(
+        (text for called in (name, name.lower()) for key in _unit_keys(called, marks) if (text := low.get(key))), ""
+    )
+
+
+def _unit_keys(name: str, marks: Sequence[str]) -> list[str]:
+    parents, leaf = name.split(".")[:-1], name.rpartition(".")[2]
     found = [
         *(f"{leaf}{mark}{word}" for mark in marks for word in UNIT_KEYS[:2]),
         *(f"{w}.{leaf}" for w in UNIT_KEYS[:2]),
     ]
     keys = [".".join([*parents[:depth], one]) for depth in range(len(parents), -1, -1) for one in found]
-    keys += [f"{word}.{name.lower()}" for word in UNIT_KEYS[:2]]
-    return next((text for key in keys if (text := low.get(key))), "")
+    return [*keys, *(f"{word}.{name}" for word in UNIT_KEYS[:2])]
 
 
 def decoded(text: Any) -> str:

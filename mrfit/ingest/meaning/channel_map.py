@@ -197,6 +197,23 @@ def _check(path: Path, part: MapSection) -> None:
             raise ConfigError(f"{path}: time is no channel; write time = … at the top of the map")
 
 
+def columns_meant(wanted: str | int, names: Mapping[int, str]) -> list[int]:
+    """Return the places of the columns that a map means, by place, by name or else by a name of any case.
+
+    Parameters
+    ----------
+    wanted
+        As the map has it.
+    names
+        Names by places from 0.
+    """
+    if isinstance(wanted, int):
+        return [place for place in names if place == wanted]
+    called = {place: name.strip() for place, name in names.items()}
+    same = [place for place, name in called.items() if name == wanted.strip()]
+    return same or [place for place, name in called.items() if name.lower() == wanted.strip().lower()]
+
+
 def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
     """Return the rules of a map for one file: the general keys, then those of every matching pattern in order."""
     if loaded is None:

@@ -12,7 +12,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
+from mrfit.ingest.meaning.channel_map import ChannelRule, Rules, columns_meant
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
 from mrfit.ingest.text.layout import aliases_of, name_and_unit, unit_words, words_of
@@ -120,7 +120,9 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     ConfigError
         If the map makes two channels of one column.
     """
-    there = [c for c in columns if c.name.lower() not in {i.lower() for i in rules.ignore}]
+    names = {k: c.name for k, c in enumerate(columns)}
+    ignored = {k for one in rules.ignore for k in columns_meant(one, names)}
+    there = [c for k, c in enumerate(columns) if k not in ignored]
     signals: list[Signal] = []
     mapped: dict[int, str] = {}
     findings: list[Finding] = []
@@ -235,14 +237,12 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
 
 def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
     """Return the column a map means: by header name, whatever its case, by name and unit, or by place from 0."""
-    if isinstance(wanted, int):
-        found = [c for c in columns if c.index == wanted]
-    else:
-        cells = [wanted] if isinstance(wanted, str) else wanted
-        names = [w.strip().lower() for w in cells]
-        found = [c for c in columns if c.name.strip().lower() in names]
-        # a cell as it stands in the header, which its reader has split
-        found = found or [c for c in columns if c.unit and (c.name, c.unit) in map(name_and_unit, cells)]
+    cells = wanted if isinstance(wanted, list) else [wanted]
+    names = {c.index: c.name for c in columns}
+    places = {place for one in cells for place in columns_meant(one, names)}
+    # a cell as it stands in the header, which its reader has split
+    split = [name_and_unit(one) for one in cells if isinstance(one, str)]
+    found = [c for c in columns if c.index in places] or [c for c in columns if c.unit and (c.name, c.unit) in split]
     if len(found) == 1:
         return found[0]
     there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)

@@ -13,7 +13,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.containers.rates import kind_of
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import FILE_NAME
+from mrfit.ingest.meaning.channel_map import FILE_NAME, columns_meant
 from mrfit.ingest.meaning.factor_rows import factor_row
 from mrfit.ingest.meaning.naming import leaf_names
 from mrfit.ingest.meaning.stated_factors import with_stated_factors
@@ -282,12 +282,12 @@ def _time_column(
     rule = source.rules.time
     if rule is not None:
         wanted = rule.column
-        names = [n.lower() for n in header.names]
-        if isinstance(wanted, str) and wanted.lower() not in names:
-            wanted = name_and_unit(wanted)[0]  # a cell as it stands in the header
-        place = wanted if isinstance(wanted, int) else names.index(wanted.lower()) if wanted.lower() in names else -1
-        if place in numeric or place in stamps:
-            return place
+        names = dict(enumerate(header.names))
+        # or a cell as it stands in the header
+        cells = [wanted, *([name_and_unit(wanted)[0]] if isinstance(wanted, str) else [])]
+        places = next(filter(None, (columns_meant(cell, names) for cell in cells)), [])
+        if places and places[0] in (*numeric, *stamps):
+            return places[0]
         there = ", ".join(f"{k} '{header.names[k]}'" for k in numeric)
         what = f"no column {wanted!r} to take as time (there are {there})"
         raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")

@@ -1,6 +1,6 @@
 """National Instruments TDMS, through npTDMS."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -16,11 +16,11 @@ from mrfit.ingest.containers.rates import SAME_INTERVAL, StatedNumber, stated_ra
 from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import TimeRule
+from mrfit.ingest.meaning.channel_map import TimeRule, columns_meant
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import TIME_NAMES, name_and_units
+from mrfit.ingest.text.layout import is_called_time, name_and_units
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
 UNSET_INCREMENT = 1.0
@@ -47,7 +47,7 @@ def read(source: Source) -> list[Table]:
     tables = []
     groups = _groups(path, source)
     begins = [c.began for group in groups for c in group.channels if c.began is not None]
-    times = [[c.column for c in group.channels if _is_time(c, source.rules.time)] for group in groups]
+    times = [_times(group.channels, source.rules.time) for group in groups]
     # a group of times alone is the clock of groups without one
     alone = [t for own, group in zip(times, groups, strict=True) if len(own) == len(group.channels) for t in own]
     for own, group in zip(times, groups, strict=True):
@@ -164,12 +164,17 @@ def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _T
     )
 
 
-def _is_time(channel: _TdmsChannel, rule: TimeRule | None) -> bool:
-    """Whether a channel holds times: the map says so or, without a map, its kind, or its name where it rises."""
-    column = channel.column
+def _times(channels: Sequence[_TdmsChannel], rule: TimeRule | None) -> list[Column]:
+    """Return the columns of times: the map's or, without a map, those of that kind, or named so where they rise."""
+    columns = [c.column for c in channels]
     if rule is not None:
-        return rule.column in (column.name, column.index)
-    return channel.stamped or column.name.lower() in TIME_NAMES and series.rises(column.values)
+        places = columns_meant(rule.column, {c.index: c.name for c in columns})
+        return [c for c in columns if c.index in places]
+    return [
+        c.column
+        for c in channels
+        if c.stamped or is_called_time(c.column.name, c.column.unit) and series.rises(c.column.values)
+    ]
 
 
 def _table(

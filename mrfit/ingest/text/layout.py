@@ -283,7 +283,7 @@ def _labelled_header(head: Head, grid: TextGrid, cells: list[tuple[int, list[str
     found, stated = list(values[names]), _padded(values[written], len(values[names]))
     # a label before numbers, as that of the channels' rates, begins no row
     first = next((k for k in range(grid.first, len(head.lines)) if not head.lines[k].lstrip('"')[:1].isalpha()), 0)
-    time = next((k for k, n in enumerate(values[names], 1) if name_and_unit(n)[0].lower() in TIME_NAMES), None)
+    time = next((k for k, n in enumerate(values[names], 1) if is_called_time(*name_and_unit(n))), None)
     some = head.lines[first - 1 : first + 2]
     first -= (
         lead == 1 and first > grid.first and begins_rows(some, grid.delimiter, grid.decimal, len(values[names]), time)
@@ -561,6 +561,11 @@ def _of_programs(text: str) -> tuple[str, str] | None:
 
 def _is_alias(name: str) -> bool:
     return name.lower() in {*TIME_NAMES, *DATE_NAMES} or bool(aliases_of(name))
+
+
+def is_called_time(name: str, unit: str | None) -> bool:
+    """Return whether a column is called as times are; ``T`` in a unit of another quantity, as degC, is none."""
+    return name.strip().lower() in TIME_NAMES and (units.compatible(unit or "s", "s") or not units.known(unit or "s"))
 
 
 def _belongs(name: str, unit: str) -> bool:

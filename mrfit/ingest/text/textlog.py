@@ -10,7 +10,7 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, RejectedRow, Source, Table
 from mrfit.ingest.text.body import NUMBER_ROW, Body, Layout, is_cut, number_pattern, read_body, split
 from mrfit.ingest.text.head import Head, Text, body_view, feeds
-from mrfit.ingest.text.layout import TIME_NAMES
+from mrfit.ingest.text.layout import is_called_time
 from mrfit.ingest.text.printed import Digits, digits_of
 
 BLANK = b" \t\r\0"
@@ -181,9 +181,8 @@ def without_headers(
 def time_place(names: Sequence[str], written: Sequence[str]) -> int | None:
     """Return the place of the first column that is named as a time, or else is in a unit of time."""
     timed = [k for k, u in enumerate(written) if units.compatible(u, "s")]
-    named = [k for k, n in enumerate(names) if n.lower() in TIME_NAMES]
-    # a name may be of another quantity, as T in degC
-    return next((k for k in named if k in timed or not units.known(written[k])), timed[0] if timed else None)
+    named = [k for k, (name, unit) in enumerate(zip(names, written, strict=True)) if is_called_time(name, unit)]
+    return next(iter(named + timed), None)
 
 
 def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:

@@ -10,7 +10,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules, columns_meant
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, RejectedRow, Table
 from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
@@ -37,8 +37,10 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     """
     if table.time is None or rules.time is not None:
         return table
-    mapped = {r.column for r in rules.channels.values() if isinstance(r.column, (str, int))} | set(rules.ignore)
-    clocks = [c for c in table.columns if c.name not in mapped and c.index not in mapped and is_clock(c)]
+    names = {c.index: c.name for c in table.columns}
+    chosen = [r.column for r in rules.channels.values() if isinstance(r.column, (str, int))]
+    mapped = {place for one in (*chosen, *rules.ignore) for place in columns_meant(one, names)}
+    clocks = [c for c in table.columns if c.index not in mapped and is_clock(c)]
     every = sorted([table.time, *clocks], key=lambda c: c.index)
     owned = _owned([c for c in table.columns if c not in clocks], every)
     others = [c for c in clocks if _differs(table.time, c, owned is not None)]

@@ -1,0 +1,139 @@
+"""Which column is the time: one that is called so, unless its unit is of another quantity, in every container."""
+
+import io
+import json
+from collections.abc import Callable, Mapping
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+from scipy.io import savemat
+
+from mrfit.api.recordings import Recording
+from mrfit.ingest.text.layout import is_called_time
+from tests.ingest.conftest import ReadLog
+
+Columns = Mapping[tuple[str, str], np.ndarray]
+TIME = np.arange(800) / 400.0
+WARMING = 25.0 + 0.5 * TIME
+FORCE = 300.0 * np.sin(9.0 * TIME) + 5.0 * np.cos(2.0 * TIME)
+
+
+def frame(columns: Columns) -> pd.DataFrame:
+    return pd.DataFrame({f"{name} ({unit})" if unit else name: v for (name, unit), v in columns.items()})
+
+
+def csv(columns: Columns) -> bytes:
+    return frame(columns).to_csv(index=False).encode()
+
+
+def parquet(columns: Columns) -> bytes:
+    return frame(columns).to_parquet()
+
+
+def json_log(columns: Columns) -> bytes:
+    return json.dumps({name: v.tolist() for name, v in frame(columns).items()}).encode()
+
+
+def hdf(columns: Columns) -> bytes:
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        for (name, unit), values in columns.items():
+            file.create_dataset(name, data=values)
+            if unit:
+                file[name].attrs["unit"] = unit
+    return buffer.getvalue()
+
+
+def matlab(columns: Columns) -> bytes:
+    buffer = io.BytesIO()
+    units = {f"{name}_unit": unit for (name, unit) in columns if unit}
+    savemat(buffer, {**{name: v for (name, _), v in columns.items()}, **units})
+    return buffer.getvalue()
+
+
+def tdms(columns: Columns) -> bytes:
+    buffer = io.BytesIO()
+    with TdmsWriter(buffer) as writer:
+        writer.write_segment(
+            [
+                ChannelObject("rig", name, values, properties={"unit_string": unit} if unit else {})
+                for (name, unit), values in columns.items()
+            ]
+        )
+    return buffer.getvalue()
+
+
+CONTAINERS: list[tuple[str, Callable[[Columns], bytes]]] = [
+    ("run.csv", csv),
+    ("run.parquet", parquet),
+    ("run.json", json_log),
+    ("run.h5", hdf),
+    ("run.mat", matlab),
+    ("run.tdms", tdms),
+]
+
+
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+@pytest.mark.parametrize("time", ["time", "t"])
+def test_a_temperature_that_rises_is_no_clock(
+    name: str, write: Callable[[Columns], bytes], time: str, read_log: ReadLog
+) -> None:
+    (record,) = read_log(write({("T", "degC"): WARMING, (time, "s"): TIME, ("force", "N"): FORCE}), name)
+    assert (record.dt, record.units) == (1.0 / 400.0, {"temperature": "degC", "force": "N"})
+    np.testing.assert_allclose(record.channels["temperature"], WARMING, rtol=1e-6)
+    np.testing.assert_allclose(record.channels["force"], FORCE, atol=1e-3)
+
+
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+@pytest.mark.parametrize("written", ["t", "T"])
+def test_a_map_means_the_column_that_is_written_as_it_says(
+    name: str, write: Callable[[Columns], bytes], written: str, read_log: ReadLog
+) -> None:
+    columns = {("T", ""): 2.0 * TIME, ("t", ""): TIME, ("force", "N"): FORCE}
+    (record,) = read_log(write(columns), name, f'time = "{written}"')
+    assert record.dt == pytest.approx(1.0 / 400.0 if written == "t" else 2.0 / 400.0)
+
+
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+def test_a_map_means_a_column_of_another_case_where_none_is_written_so(
+    name: str, write: Callable[[Columns], bytes], read_log: ReadLog
+) -> None:
+    columns = {("Clock", "s"): TIME, ("force", "N"): FORCE, ("extra", "V"): FORCE + 1.0}
+    (record,) = read_log(write(columns), name, 'time = "CLOCK"\nignore = ["EXTRA"]\nchannels.force = {column = "Force"}')
+    assert record.dt == pytest.approx(1.0 / 400.0) and set(record.channels) == {"force"}
+
+
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+def test_letters_that_differ_in_case_alone_are_columns_of_their_own(
+    name: str, write: Callable[[Columns], bytes], read_log: ReadLog
+) -> None:
+    columns = {("t", "s"): TIME, ("V", "V"): FORCE, ("v", "m/s"): WARMING, ("U", "V"): FORCE + 1.0}
+    (record,) = read_log(write(columns), name, 'channels.voltage = {column = "V"}\nignore = ["U"]')
+    np.testing.assert_allclose(record.channels["voltage"], FORCE, atol=1e-3)
+    (record,) = read_log(write(columns), name, 'channels.velocity = {column = "v"}\nignore = ["V"]')
+    assert "velocity" in record.channels and "v" not in record.channels
+    np.testing.assert_allclose(record.channels["velocity"], WARMING, atol=1e-3)
+
+
+def test_a_frame_with_a_temperature_has_one_clock() -> None:
+    record = Recording.from_frame(frame({("T", "degC"): WARMING, ("time", "s"): TIME, ("force", "N"): FORCE}))
+    assert (record.dt, set(record.channels)) == (1.0 / 400.0, {"temperature", "force"})
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "is_time"),
+    [
+        ("T", "degC", False),
+        ("T", "s", True),
+        ("t", "ms", True),
+        ("Time", None, True),
+        ("time", "ticks", True),
+        ("t", "mm", False),
+        ("temperature", "s", False),
+    ],
+)
+def test_a_name_counts_unless_its_unit_is_of_another_quantity(name: str, unit: str | None, is_time: bool) -> None:
+    assert is_called_time(name, unit) is is_time
