@@ -318,6 +318,8 @@ def test_a_saved_fit_is_read_again(fitted: mrfit.FitResult, logs: list[mrfit.Rec
         (None, "no such file"),
         ("{", "damaged"),
         ("time,force\n0,1\n", "neither a fit nor a discovery"),
+        ('[{"schema": "mrfit.fit/1"}]', "neither a fit nor a discovery"),
+        ("3", "neither a fit nor a discovery"),
         ('{"schema": "mrfit/fit/99"}', "does not know"),
         ("preparation", "drive"),
         ("parameter", "not all parameters"),

@@ -167,8 +167,8 @@ def current_reach(rig: Rig, cycles: float, rate: float) -> ChannelReach:
     if rig.frequency is None and rig.current_rate is None:
         raise ConfigError("[rig] does not limit how fast the current moves: add frequency in Hz or current_rate in A/s")
     lowest, amplitude = rig.current
-    if amplitude <= 0.0:
-        raise ConfigError(f"[rig] current ends at {amplitude:g} A: a coil is driven to both sides of 0")
+    if not lowest <= 0.0 < amplitude:
+        raise ConfigError(f"[rig] current of {lowest:g} to {amplitude:g} A: a coil is driven to both sides of 0")
     if lowest < 0.0:
         amplitude = min(amplitude, -lowest)
     speed = rig.current_rate or math.inf

@@ -27,7 +27,8 @@ def load(path: PathText) -> FitResult | Discovery:
         If there is no such file, it is damaged, or of an unknown schema.
     """
     whole = read_json(Path(path))
-    if whole is None and Path(path).is_file() and not _begins_as_json(Path(path)):
+    damaged = whole is None and (not Path(path).is_file() or _begins_as_json(Path(path)))
+    if not damaged and not isinstance(whole, dict):
         raise DataError(f"{path}: neither a fit nor a discovery; give its fit.json or discovery.json")
     if isinstance(whole, dict) and str(whole.get("schema", "")).startswith(DISCOVERY):
         found = reading.load(Path(path), DiscoveryFile, "run `mrfit discover` again")

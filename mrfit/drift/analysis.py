@@ -197,16 +197,11 @@ def _trends(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[Trend]:
             design = np.column_stack([np.ones(len(rows)), *(columns[:, j] for j in (*used, k))]) if rows else columns
             spread = np.ptp(design, axis=0)[1:] if rows else np.zeros(1)
             scaled = design / np.maximum(np.abs(design).max(axis=0), 1e-300) if rows else design
-            if (
-                len(rows) >= TESTS_FOR_DRIFT + k
-                and spread.all()
-                and np.linalg.matrix_rank(scaled, 1e-6) == len(used) + 2
-            ):
+            wanted = TESTS_FOR_DRIFT + len(used)
+            if len(rows) >= wanted and spread.all() and np.linalg.matrix_rank(scaled, 1e-6) == len(used) + 2:
                 used.append(k)
             else:
-                notes.append(
-                    f"{condition}: {name} does not move by itself in {number_of('test', TESTS_FOR_DRIFT + k)} or more"
-                )
+                notes.append(f"{condition}: {name} does not move by itself in {number_of('test', wanted)} or more")
         names = list(dict.fromkeys(r.specimen for r in rows))
         units = np.array([names.index(r.specimen) for r in rows], dtype=np.int64)
         if rows:

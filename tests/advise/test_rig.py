@@ -73,8 +73,9 @@ def test_a_coil_is_driven_to_both_sides_within_both_ends_of_its_current(current:
     reach = current_reach(rig_of({"seconds": 10, "current": current, "current_rate": 50}), 8, 1e4)
     assert (reach.amplitude, reach.speed) == (amplitude, 50.0)
     assert reach.high == pytest.approx(50.0 / (2.0 * 3.141592653589793 * 0.02 * amplitude))
-    with pytest.raises(ConfigError, match="current ends at -1 A: a coil is driven to both sides of 0"):
-        current_reach(rig_of({"seconds": 10, "current": [-3.0, -1.0], "current_rate": 50}), 8, 1e4)
+    for own, said in (([-3.0, -1.0], "-3 to -1 A"), ([0.5, 3.0], "0.5 to 3 A")):
+        with pytest.raises(ConfigError, match=f"current of {said}: a coil is driven to both sides of 0"):
+            current_reach(rig_of({"seconds": 10, "current": own, "current_rate": 50}), 8, 1e4)
 
 
 def test_limits_are_read_from_a_channel_map_too(tmp_path: Path, monkeypatch):

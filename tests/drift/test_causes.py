@@ -1,6 +1,7 @@
 """Candidates behind drifts by the roles of what drifts, corrected probabilities, and what a trend takes part of."""
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -151,15 +152,20 @@ def numbered(columns: dict[str, Array], over: tuple[str, ...]) -> Trend:
     return found
 
 
-@pytest.mark.parametrize(("tests", "used"), [(3, ()), (4, ("a",)), (5, ("a", "b"))])
-def test_each_covariate_takes_a_test_more_than_the_one_before(tests: int, used: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    ("tests", "used", "wanted"), [(3, (), ["a 4", "b 4"]), (4, ("a",), ["b 5"]), (5, ("a", "b"), [])]
+)
+def test_each_covariate_takes_a_test_more_than_those_used(tests: int, used: tuple[str, ...], wanted: list[str]) -> None:
     rng = np.random.default_rng(1)
     found = numbered({"a": rng.standard_normal(tests), "b": rng.standard_normal(tests)}, ("a", "b"))
     assert found.covariates == used and found.values.shape == (tests, len(used))
-    assert [f"does not move by itself in {n} tests or more" in " ".join(found.notes) for n in (4, 5)] == [
-        "a" not in used,
-        "b" not in used,
-    ]
+    said = [re.search(r": (.) does not move by itself in (\d) tests or more", note) for note in found.notes]
+    assert [f"{one[1]} {one[2]}" for one in said if one] == wanted
+
+
+def test_a_covariate_that_stays_takes_no_test_from_the_next() -> None:
+    found = numbered({"a": np.ones(4), "b": np.array([1.0, 3.0, 2.0, 7.0])}, ("a", "b"))
+    assert found.covariates == ("b",)
 
 
 def test_a_covariate_that_follows_another_or_stays_is_left_out() -> None:

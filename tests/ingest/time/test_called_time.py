@@ -102,7 +102,9 @@ def test_a_map_means_a_column_of_another_case_where_none_is_written_so(
     name: str, write: Callable[[Columns], bytes], read_log: ReadLog
 ) -> None:
     columns = {("Clock", "s"): TIME, ("force", "N"): FORCE, ("extra", "V"): FORCE + 1.0}
-    (record,) = read_log(write(columns), name, 'time = "CLOCK"\nignore = ["EXTRA"]\nchannels.force = {column = "Force"}')
+    (record,) = read_log(
+        write(columns), name, 'time = "CLOCK"\nignore = ["EXTRA"]\nchannels.force = {column = "Force"}'
+    )
     assert record.dt == pytest.approx(1.0 / 400.0) and set(record.channels) == {"force"}
 
 
