@@ -1,19 +1,40 @@
 """Files that users write in TOML: read, and checked against their tables."""
 
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
 
 
 class TomlTable(BaseModel):
-    """A table of such a file: unknown keys are errors."""
+    """A table of such a file: unknown keys are errors, and ``true`` is no number."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _true_is_not_one(cls, value: object, info: ValidationInfo) -> object:
+        kinds = set(_kinds_in(cls.model_fields[str(info.field_name)].annotation))
+        if kinds & {int, float} and bool not in kinds and _holds_truth(value):
+            raise PydanticCustomError("float_type" if float in kinds else "int_type", "A number is wanted")
+        return value
+
+
+def _holds_truth(value: object) -> bool:
+    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return isinstance(value, bool) or any(map(_holds_truth, inside))
+
+
+def _kinds_in(annotation: object) -> Iterator[object]:
+    yield annotation
+    for one in get_args(annotation):
+        yield from _kinds_in(one)
 
 
 Written = TypeVar("Written", bound=TomlTable)

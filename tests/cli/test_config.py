@@ -10,6 +10,7 @@ from mrfit.cli import main, pipeline
 from mrfit.cli.config import made_of, read_pipeline, table_of
 from mrfit.core.setting import defined, flag_of, key_of
 from mrfit.errors import ConfigError
+from mrfit.ingest.meaning.channel_map import load_map
 from mrfit.settings import discover, fit, flux, ingest, segment
 
 HEAD = '[ingest]\nlogs = ["*.csv"]\n'
@@ -161,3 +162,27 @@ def test_a_number_that_is_not_finite_is_refused_as_on_the_command_line(line: str
     path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\n{line}\n")
     with pytest.raises(ConfigError, match=rf"p\.toml: .*{key} takes a finite number"):
         read_pipeline(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("seed = true", "seed takes a whole number, not true"),
+        ("seconds = true", "seconds takes a number, not true"),
+        ("bounds = {fy = [true, 3.0]}", "bounds"),
+    ],
+)
+def test_true_is_no_number(line: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text(f'[ingest]\nlogs = ["a.csv"]\n[[fit]]\nmodel = "tanh"\n{line}\n')
+    with pytest.raises(ConfigError) as raised:
+        read_pipeline(tmp_path / "p.toml")
+    assert said in str(raised.value) and "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "line", ["dt = true", "[condition]\ncurrent = true", "[channels.force]\ncolumn = 1\nscale = true"]
+)
+def test_true_is_no_number_of_a_channel_map(line: str, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(line)
+    with pytest.raises(ConfigError, match=r"a number is wanted \(got .*True"):
+        load_map(tmp_path / "m.toml")
