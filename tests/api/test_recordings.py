@@ -60,6 +60,18 @@ def test_times_of_a_named_column_are_in_its_unit() -> None:
     assert Recording.from_frame(table, time="clock").dt == pytest.approx(10.0)
 
 
+def test_another_column_that_is_called_as_times_are_is_said_to_be_left_out() -> None:
+    time = np.arange(100) / 50.0
+    table = pd.DataFrame({"T": 20.0 + time, "t": time, "force (N)": np.sin(time)})
+    log = Recording.from_frame(table, time="t")
+    assert log.dt == pytest.approx(0.02) and set(log.channels) == {"force"}
+    assert [f.text for f in log.findings if f.kind == "not-read"] == [
+        "'T': called as times are beside 't', and left out; units={…} tells what they are"
+    ]
+    told = Recording.from_frame(table, time="t", units={"T": "degC"})
+    assert set(told.channels) == {"temperature", "force"} and not any(f.kind == "not-read" for f in told.findings)
+
+
 def test_two_columns_of_one_name_are_refused() -> None:
     table = pd.DataFrame(np.column_stack([TIME, WAVE, WAVE]), columns=["time", "force", "force"])
     with pytest.raises(DataError, match="two columns have one name; rename one of them"):
