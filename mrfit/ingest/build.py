@@ -142,8 +142,8 @@ def _oldest_first(table: Table) -> Table:
 
 def _named(table: Table, origin: LogOrigin) -> tuple[list[Signal], list[Finding]]:
     """Return the signals of all columns but those that number the rows, and what is said of them."""
-    mapped = {r.column for r in origin.rules.channels.values() if isinstance(r.column, (str, int))}
-    counts = [c for c in table.columns if {c.name, c.index}.isdisjoint(mapped) and numbers_rows(c)]
+    mapped = origin.rules.mapped({c.index: c.name for c in table.columns})
+    counts = [c for c in table.columns if c.index not in mapped and numbers_rows(c)]
     if len(counts) == len(table.columns):
         counts = []
     others = tuple(c for c in table.columns if all(c is not other for other in counts))

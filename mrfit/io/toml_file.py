@@ -22,7 +22,7 @@ class TomlTable(BaseModel):
     def _true_is_not_one(cls, value: object, info: ValidationInfo) -> object:
         kinds = set(_kinds_in(cls.model_fields[str(info.field_name)].annotation))
         if kinds & {int, float} and bool not in kinds and _holds_truth(value):
-            raise PydanticCustomError("float_type" if float in kinds else "int_type", "A number is wanted")
+            raise PydanticCustomError("true_as_number", "true and false are no numbers")
         return value
 
 
@@ -32,7 +32,7 @@ def _holds_truth(value: object) -> bool:
 
 
 def _kinds_in(annotation: object) -> Iterator[object]:
-    yield annotation
+    yield type(annotation) if isinstance(annotation, int | float) else annotation
     for one in get_args(annotation):
         yield from _kinds_in(one)
 

@@ -290,17 +290,20 @@ class FunctionReader(ValueReader):
         end, name = call.args[1 if len(call.args) > 1 else 0], node.target.id
         self.check_range(node, name, end)
         stop = self.value(end)
+        if self.outlives(name):
+            count = self.temporary(ir.INT, f"{self.named(name)}_count")
+            last = self.place(node.target, ir.INT)
+            own = ir.Assign(last, self.real(count) if last.kind == ir.REAL else count)
+            yield ir.For(count.name, start, stop, step == "-1", (own, *self.looped(node.body)))
+            return
         if name.strip("_") == "":
             name = next(n for n in ("k", "j", "round_") if n not in self.stored and n not in self.known)
+            self.aliases[node.target.id] = ir.Name(self.named(name), ir.INT)
         self.known[node.target.id] = ir.INT
         yield ir.For(self.named(name), start, stop, step == "-1", self.looped(node.body))
 
     def check_range(self, node: ast.For, name: str, end: ast.expr) -> None:
-        """Refuse a loop whose range would change, which C asks for again in every round, and a count read elsewhere."""
-        inside = [n for f in ast.walk(self.source.tree) if self.counts(f, name) for n in ast.walk(f)]
-        for one in ast.walk(self.source.tree) if name.strip("_") else ():
-            if isinstance(one, ast.Name) and one.id == name and isinstance(one.ctx, ast.Load) and one not in inside:
-                self.fail(one, "the count of a loop is read inside it only; give the other one another name")
+        """Refuse a loop whose range would change: Python has counted before it begins, C asks again in every round."""
         if any(isinstance(n, ast.Name) and n.id == name for n in ast.walk(node.iter)):
             self.fail(node, "the range of a loop does not know its count")
         fixed = {n.id for n in ast.walk(end) if isinstance(n, ast.Name)} | ({name} if name.strip("_") else set())
@@ -309,10 +312,15 @@ class FunctionReader(ValueReader):
             if isinstance(getattr(one, "ctx", None), ast.Store) and isinstance(place, ast.Name) and place.id in fixed:
                 self.fail(one, "in a loop its count and its end stay as they are")
 
-    @staticmethod
-    def counts(node: ast.AST, name: str) -> bool:
-        """Return whether a statement is a loop with this count."""
-        return isinstance(node, ast.For) and isinstance(node.target, ast.Name) and node.target.id == name
+    def outlives(self, name: str) -> bool:
+        """Return whether the count of a loop is a variable outside of it, too, which has the last count in Python."""
+        nodes = list(ast.walk(self.source.tree))
+        loops = [n for n in nodes if isinstance(n, ast.For) and isinstance(n.target, ast.Name) and n.target.id == name]
+        inside = [n for loop in loops for n in ast.walk(loop)]
+        # what is set to a name of underscores alone is left out
+        kinds = ast.Load | ast.Store if name.strip("_") else ast.Load
+        own = (n for n in nodes if isinstance(n, ast.Name) and n.id == name and isinstance(n.ctx, kinds))
+        return any(n not in inside for n in own)
 
     def assigned(self, node: ast.stmt, target: ast.expr, given: ast.expr) -> Iterator[ir.Statement]:
         """Yield an assignment of one or several values."""
@@ -360,9 +368,6 @@ class FunctionReader(ValueReader):
             values = self.items_of(value)
             if len(values) != len(target.elts):
                 self.fail(node, f"there are {len(values)} values")
-            new = {n.id for n in target.elts if isinstance(n, ast.Name)}
-            if any(isinstance(n, ast.Name) and n.id in new for e in target.elts for n in ast.walk(e) if n is not e):
-                self.fail(target, "a place in an array is set in the statement that has it; use two statements")
             for one, item in zip(target.elts, values, strict=True):
                 yield from self.matched(node, one, item)
         elif isinstance(target, ast.Name) and value.kind.name == "tuple":

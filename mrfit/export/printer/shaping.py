@@ -66,9 +66,14 @@ def at_once(
     pairs: Sequence[tuple[ir.Place, ir.Expression]], temporary: Callable[[ir.Kind], ir.Name]
 ) -> Iterator[ir.Assign]:
     """Yield assignments that happen together one after another, so that none reads what another has changed."""
+    if _may_meet(pairs):
+        kept_values = [(target, temporary(value.kind), value) for target, value in pairs]
+        yield from (ir.Assign(kept, value) for _, kept, value in kept_values)
+        yield from (ir.Assign(target, kept) for target, kept, _ in kept_values)
+        return
     left = [(t, v) for t, v in pairs if t != v]
     while left:
-        free = [t for t, _ in left if not any(_reads(v, t) for u, v in left if u != t)]
+        free = [t for t, _ in left if not any(t in ir.parts(v) for u, v in left if u != t)]
         if free:
             yield from (ir.Assign(t, v) for t, v in left if t == free[0])
             left = [(t, v) for t, v in left if t != free[0]]
@@ -81,13 +86,19 @@ def at_once(
             left = left[1:] + left[:1]
 
 
-def _reads(value: ir.Expression, place: ir.Place) -> bool:
-    """Return whether a value reads a place, or may: an element of an array whose number is known as it runs only."""
-    own = [p for p in ir.parts(value) if isinstance(p, ir.Subscript) and isinstance(place, ir.Subscript)]
-    fixed = isinstance(place, ir.Subscript) and isinstance(place.index, ir.Literal)
-    return place in ir.parts(value) or any(
-        p.value == place.value and not (fixed and isinstance(p.index, ir.Literal)) for p in own
-    )
+def _may_meet(pairs: Pairs) -> bool:
+    """Return whether it is known only as it runs which elements of an array several assignments set and read."""
+    arrays = {_array_of(t) for t, _ in pairs if isinstance(t, ir.Subscript)}
+    mentioned = list(ir.parts(tuple(pairs)))
+    places = [p for p in mentioned if isinstance(p, ir.Subscript) and _array_of(p) in arrays]
+    handed = (v for p in mentioned if isinstance(p, ir.Call) for v in p.values)
+    varied = any(not isinstance(p.index, ir.Literal) for p in places)
+    return len(pairs) > 1 and (varied or any(v in arrays for v in handed))
+
+
+def _array_of(place: ir.Expression) -> ir.Expression:
+    """Return the array of which a place is an element."""
+    return _array_of(place.value) if isinstance(place, ir.Subscript) else place
 
 
 class _Exits:

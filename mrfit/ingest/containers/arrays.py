@@ -18,7 +18,7 @@ from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
 from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs, split_in_tests
 from mrfit.ingest.containers.shelf import Shelf
-from mrfit.ingest.meaning.channel_map import columns_meant
+from mrfit.ingest.meaning.channel_map import Rules, columns_meant
 from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
@@ -233,12 +233,11 @@ def _parts(
     within = {name for names in tests.values() for name in names}
     beside = [name for name in arrays.signals if name not in within]
     order = {name: k for k, name in enumerate(arrays.signals)}
-    wanted = source.rules.time.column if source.rules.time else None
-    clocks = _time(beside, arrays, wanted, order)
+    clocks = _time(beside, arrays, source.rules, order)
     parts = []
     for test, names in tests.items():
         rows = {len(arrays.signals[n]) for n in names}
-        taken = [] if _time(list(names), arrays, wanted, order) else clocks
+        taken = [] if _time(list(names), arrays, source.rules, order) else clocks
         taken = [n for n in taken if len(arrays.signals[n]) in rows]
         part = _part(arrays, [*taken, *names], test, tests)
         own = {k: v for k, v in part.scalars.items() if "." not in k}
@@ -280,8 +279,7 @@ def _tables(arrays: Arrays, source: Source) -> list[Table]:
     """Return one table for every length of arrays; where some have a time vector, those without are left out."""
     order = {name: k for k, name in enumerate(arrays.signals)}
     groups = grouped((len(values), name) for name, values in arrays.signals.items())
-    wanted = source.rules.time.column if source.rules.time else None
-    times = {size: _time(names, arrays, wanted, order) for size, names in groups.items()}
+    times = {size: _time(names, arrays, source.rules, order) for size, names in groups.items()}
     timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
     chosen = timed or list(groups)
     left = [name for size in groups if size not in chosen for name in groups[size]]
@@ -301,11 +299,12 @@ def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:
     return Finding("not-read", "", None, f"arrays of another length than the time vector are left out: {shown}")
 
 
-def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Mapping[str, int]) -> list[str]:
+def _time(names: list[str], arrays: Arrays, rules: Rules, order: Mapping[str, int]) -> list[str]:
     """Return the vectors of a group that are times: named so and rising, but for a few jumps; the first is used."""
-    if wanted is not None:
-        places = columns_meant(wanted, {order[n]: n for n in names})
+    if rules.time is not None:
+        places = columns_meant(rules.time.column, {place: n for n, place in order.items()})
         return [n for n in names if order[n] in places]
+    names = [n for n in names if not rules.leaves_out(n)]
     named = {n: (name_and_unit(_called(n, arrays))[0], _column(n, arrays, order[n]).unit) for n in names}
     times = [n for n in names if is_called_time(*named[n])]
     for called in (times, [n for n in names if named[n][0].lower() in DATE_NAMES]):

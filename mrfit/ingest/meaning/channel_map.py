@@ -129,6 +129,24 @@ class Rules:
     low_pass: Mapping[str, float] = field(default_factory=dict)
     believed: bool = False
 
+    def leaves_out(self, name: str) -> bool:
+        """Return whether a column that is written so is left out, so that it is no clock."""
+        return name.strip() in self.ignore
+
+    def mapped(self, names: Mapping[int, str], settled: bool = False) -> set[int]:
+        """Return the places of the columns of which channels are made, or of those whose unit or scale the map gives.
+
+        Parameters
+        ----------
+        names
+            Those of the columns by place.
+        settled
+            Whether only columns are meant whose unit or scale is given.
+        """
+        rules = [r for r in self.channels.values() if not settled or r.unit is not None or r.scale != 1.0]
+        chosen = [one for r in rules for one in (r.column if isinstance(r.column, list) else [r.column])]
+        return {place for one in chosen for place in columns_meant(one, names)}
+
 
 def load_map(path: Path) -> MapFile:
     """Return a channel map.

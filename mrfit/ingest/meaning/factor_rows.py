@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, replace
 
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
-from mrfit.ingest.meaning.factors import FACTOR_NUMBER, POWER_OF_TEN, multiplied, settled, value_of
+from mrfit.ingest.meaning.factors import FACTOR_NUMBER, POWER_OF_TEN, multiplied, value_of
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import number_pattern, split
@@ -42,11 +42,8 @@ class FactorRow:
 
     def applied(self, table: Table, rules: Rules) -> Table:
         """Return a table multiplied by the factors, but for columns whose scale or unit a map gives."""
-        given = settled(rules)
-        columns = [
-            c if c.name.lower() in given or c.index in given else multiplied(c, self.factors[c.index])
-            for c in table.columns
-        ]
+        given = rules.mapped({c.index: c.name for c in table.columns}, settled=True)
+        columns = [c if c.index in given else multiplied(c, self.factors[c.index]) for c in table.columns]
         time = table.time
         if time is not None and rules.time is None:
             time = multiplied(time, self.factors[time.index])

@@ -35,11 +35,11 @@ def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column],
     A division in a name can mean either way, and a factor may leave no unit: such a column gets a unit that nothing
     knows, so that it is no channel until a map says what it holds. A column whose unit or scale a map gives stays.
     """
-    given = settled(rules)
-    asked = {c for r in rules.channels.values() for c in _wanted(r.column)}
+    names = {c.index: c.name for c in columns}
+    given, asked = rules.mapped(names, settled=True), rules.mapped(names)
     made, said = [], []
     for column in columns:
-        if column.name.lower() in given or column.index in given:
+        if column.index in given:
             made.append(column)
             continue
         found = _factored(column)
@@ -47,7 +47,7 @@ def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column],
             made.append(column)
             continue
         changed, factor = found
-        if column.name.lower() in asked:
+        if column.index in asked:
             changed = replace(changed, name=column.name)
         made.append(changed)
         if factor is not None:
@@ -56,15 +56,6 @@ def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column],
             )
             said.append(Finding("factor", "", None, text))
     return made, said
-
-
-def settled(rules: Rules) -> set[str | int]:
-    """Return the columns, by place or name in lower-case letters, whose unit or scale a map gives."""
-    return {c for r in rules.channels.values() if r.unit is not None or r.scale != 1.0 for c in _wanted(r.column)}
-
-
-def _wanted(column: str | int | list[str]) -> list[str | int]:
-    return [c.lower() if isinstance(c, str) else c for c in (column if isinstance(column, list) else [column])]
 
 
 def _factored(column: Column) -> tuple[Column, float | None] | None:

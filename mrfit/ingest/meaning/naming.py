@@ -489,10 +489,10 @@ def _own_name(column: Column, taken: set[str]) -> str:
 
 def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) -> None:
     """Refuse a column whose name says one quantity and whose unit another; a transducer's signal in V or mA passes."""
-    mapped = {r.column if isinstance(r.column, (str, int)) else "" for r in rules.channels.values()}
+    mapped = rules.mapped({c.index: c.name for c in columns})
     for column in columns:
         words = aliases_of(column.name) if len(column.name.strip()) > 1 else []
-        if not words or column.unit is None or column.name in mapped or column.index in mapped:
+        if not words or column.unit is None or column.index in mapped:
             continue
         if not units.known(column.unit) or units.compatible(column.unit, "V") or units.compatible(column.unit, "1"):
             continue

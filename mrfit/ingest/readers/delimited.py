@@ -291,6 +291,7 @@ def _time_column(
         there = ", ".join(f"{k} '{header.names[k]}'" for k in numeric)
         what = f"no column {wanted!r} to take as time (there are {there})"
         raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")
+    numeric, stamps = ([k for k in some if not source.rules.leaves_out(header.names[k])] for some in (numeric, stamps))
     timed = [k for k in numeric if header.units[k] is not None and units.compatible(header.units[k] or "", "s")]
     timed = [k for k in timed if not (stamps and is_below_seconds(header.names[k]))]
     timed = [k for k in timed if not OF_COMPUTER.search(header.names[k])] or timed

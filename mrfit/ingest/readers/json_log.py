@@ -355,7 +355,7 @@ def _table(found: _RunArrays, source: Source) -> Table:
         stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", "")) for n in named]
         name, unit = name_and_units(title, next(filter(None, stated), None))
         columns.append(Column(name, unit, values, place))
-    time = log_time(columns, source.rules.time) or _written_time(found.words)
+    time = log_time(columns, source.rules) or _written_time(found.words)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)
     table = _by_channel(table, found, source) if found.words else table

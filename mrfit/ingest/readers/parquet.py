@@ -18,7 +18,7 @@ from mrfit.ingest.containers.attributes import decoded, doubt_of, unit_beside, u
 from mrfit.ingest.containers.labels import LONGEST_LABEL
 from mrfit.ingest.containers.rates import StatedNumber, stated_rate, texts_in, told_in
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import TimeRule, columns_meant
+from mrfit.ingest.meaning.channel_map import Rules, columns_meant
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
@@ -94,7 +94,7 @@ def _blocks(source: Source, size: int) -> Iterator[list[Table]]:
     for columns, rows, about in _parts(source, size):
         if not columns:
             raise Refusal(path, NO_NUMERIC_COLUMN[0], NO_NUMERIC_COLUMN[1])
-        table = _table(columns, rows, about, source.rules.time)
+        table = _table(columns, rows, about, source.rules)
         yield [replace(table, lines=table.lines + done)]
         done += rows
     if done < 2:
@@ -366,11 +366,12 @@ def _numbers_in(about: Mapping[bytes, bytes]) -> dict[str, float]:
     return {key: found[0] for key, found in texts.items() if found}
 
 
-def log_time(columns: list[Column], rule: TimeRule | None) -> Column | None:
+def log_time(columns: list[Column], rules: Rules) -> Column | None:
     """Return the column of times: the map's, or one named so, or the only one in a unit of time."""
-    if rule is not None:
-        places = columns_meant(rule.column, {c.index: c.name for c in columns})
+    if rules.time is not None:
+        places = columns_meant(rules.time.column, {c.index: c.name for c in columns})
         return next((c for c in columns if c.index in places), None)
+    columns = [c for c in columns if not rules.leaves_out(c.name)]
     timed = [c for c in columns if c.unit is not None and units.compatible(c.unit, "s")]
     named = [c for c in columns if is_called_time(c.name, c.unit)]
     if named or len(timed) == 1:
@@ -380,8 +381,8 @@ def log_time(columns: list[Column], rule: TimeRule | None) -> Column | None:
     return next((c for c in columns if is_clock(c)), None) or next(dated, None) or next(stamps, None)
 
 
-def _table(columns: list[Column], rows: int, about: dict[str, Any], rule: TimeRule | None) -> Table:
-    time = log_time(columns, rule)
+def _table(columns: list[Column], rows: int, about: dict[str, Any], rules: Rules) -> Table:
+    time = log_time(columns, rules)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, findings=tuple(about["findings"]))
     if not about["given"]:

@@ -16,7 +16,7 @@ from mrfit.ingest.containers.rates import SAME_INTERVAL, StatedNumber, stated_ra
 from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import TimeRule, columns_meant
+from mrfit.ingest.meaning.channel_map import Rules, columns_meant
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
@@ -47,7 +47,7 @@ def read(source: Source) -> list[Table]:
     tables = []
     groups = _groups(path, source)
     begins = [c.began for group in groups for c in group.channels if c.began is not None]
-    times = [_times(group.channels, source.rules.time) for group in groups]
+    times = _times(groups, source.rules)
     # a group of times alone is the clock of groups without one
     alone = [t for own, group in zip(times, groups, strict=True) if len(own) == len(group.channels) for t in own]
     for own, group in zip(times, groups, strict=True):
@@ -164,17 +164,19 @@ def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _T
     )
 
 
-def _times(channels: Sequence[_TdmsChannel], rule: TimeRule | None) -> list[Column]:
-    """Return the columns of times: the map's or, without a map, those of that kind, or named so where they rise."""
-    columns = [c.column for c in channels]
-    if rule is not None:
-        places = columns_meant(rule.column, {c.index: c.name for c in columns})
-        return [c for c in columns if c.index in places]
-    return [
-        c.column
-        for c in channels
-        if c.stamped or is_called_time(c.column.name, c.column.unit) and series.rises(c.column.values)
-    ]
+def _times(groups: Sequence[_TdmsGroup], rules: Rules) -> list[list[Column]]:
+    """Return the times of each group: the map's or, without a map, those of that kind, or named so where they rise."""
+    if rules.time is not None:
+        names = {c.column.index: c.column.name for group in groups for c in group.channels}
+        places = columns_meant(rules.time.column, names)
+        return [[c.column for c in group.channels if c.column.index in places] for group in groups]
+    return [[c.column for c in group.channels if _is_time(c, rules)] for group in groups]
+
+
+def _is_time(channel: _TdmsChannel, rules: Rules) -> bool:
+    name, unit, values = channel.column.name, channel.column.unit, channel.column.values
+    named = is_called_time(name, unit) and not rules.leaves_out(name)
+    return channel.stamped or named and series.rises(values)
 
 
 def _table(

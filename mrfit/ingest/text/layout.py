@@ -564,8 +564,10 @@ def _is_alias(name: str) -> bool:
 
 
 def is_called_time(name: str, unit: str | None) -> bool:
-    """Return whether a column is called as times are; ``T`` in a unit of another quantity, as degC, is none."""
-    return name.strip().lower() in TIME_NAMES and (units.compatible(unit or "s", "s") or not units.known(unit or "s"))
+    """Return whether a column is called as times are; a letter in a unit of another quantity, ``T`` in degC, is not."""
+    name, unit = name.strip(), unit or "s"
+    of_time = len(name) > 1 or units.compatible(unit, "s") or not units.known(unit)
+    return name.lower() in TIME_NAMES and of_time
 
 
 def _belongs(name: str, unit: str) -> bool:

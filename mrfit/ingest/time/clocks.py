@@ -37,9 +37,8 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     """
     if table.time is None or rules.time is not None:
         return table
-    names = {c.index: c.name for c in table.columns}
-    chosen = [r.column for r in rules.channels.values() if isinstance(r.column, (str, int))]
-    mapped = {place for one in (*chosen, *rules.ignore) for place in columns_meant(one, names)}
+    names = {c.index: c.name for c in (*table.columns, table.time)}
+    mapped = rules.mapped(names).union(*(columns_meant(one, names) for one in rules.ignore))
     clocks = [c for c in table.columns if c.index not in mapped and is_clock(c)]
     every = sorted([table.time, *clocks], key=lambda c: c.index)
     owned = _owned([c for c in table.columns if c not in clocks], every)

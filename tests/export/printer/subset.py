@@ -78,7 +78,41 @@ def exchanged(x: float, y: float) -> float:
     k = 0 if x > y else 1
     v[0], held = y + 1.0, v[k]
     v[k], v[k + 1] = v[k + 1], v[k]
-    return held + 2.0 * v[0] + 3.0 * v[1] + 5.0 * v[2]
+    v[0], v[k] = x + 5.0, v[0] + 1.0
+    v[k], v[0] = y + 7.0, v[0]
+    (k, held), v[k] = (k + 1, held + x), v[0] + k
+    v[0], held = held, weighted(v) + v[k]
+    m = np.zeros((2, 2))
+    m[0, 0], m[1, 0] = x, y
+    m[k - 1, 0], held = held + 1.0, m[0, 0]
+    return held + 2.0 * v[0] + 3.0 * v[1] + 5.0 * v[2] + m[0, 0] - m[1, 0]
+
+
+def weighted(v: np.ndarray) -> float:
+    return v[0] + 2.0 * v[1]
+
+
+def outliving(x: float, y: float) -> float:
+    """Return counts of loops behind them, and beside other uses of their names."""
+    k = 5
+    for _ in range(_FEW):
+        y += 0.25 * _
+    if x > y:
+        for k in range(_FEW):
+            x += k
+            if x > 1.0:
+                break
+    x += 10.0 * k
+    for j in range(2, -1, -1):
+        x -= j * y
+    x += j
+    k = 2
+    while k > 0:
+        x += k
+        k -= 1
+    for k in range(int(abs(y))):
+        x += k
+    return x + 100.0 * k
 
 
 def both(x: float, y: float) -> float:
@@ -241,6 +275,7 @@ def nested_places(x: float, y: float) -> float:
 
 CASES = (
     exchanged,
+    outliving,
     from_inner_loop,
     once_in_a_branch,
     either_of,

@@ -112,13 +112,6 @@ def read(function: Any) -> ir.Program:
             "v[0]",
             "its count and its end stay",
         ),
-        ("for k in range(3):\n    x += k\nreturn x * k", "k", "the count of a loop is read inside it only"),
-        ("k = 7\nfor k in range(3):\n    x += k\nreturn x * k", "k", "the count of a loop is read inside it only"),
-        (
-            "v = np.zeros(3)\nk = 0\nk, v[k] = k + 1, x\nreturn v[0]",
-            "(k, v[k])",
-            "a place in an array is set in the statement that has it",
-        ),
         ("while x > y:\n    x -= 1.0\nelse:\n    x = y\nreturn x", "while x > y:", "there is no such statement"),
         ("for k in range(2):\n    x += k\nelse:\n    x = y\nreturn x", "for k in range(2):", "no such statement"),
         ("a = b = x\nreturn a", "a = b = x", "there is no such statement"),

@@ -12,6 +12,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from mrfit.api.recordings import Recording
+from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.layout import is_called_time
 from tests.ingest.conftest import ReadLog
 
@@ -120,6 +121,69 @@ def test_letters_that_differ_in_case_alone_are_columns_of_their_own(
     np.testing.assert_allclose(record.channels["velocity"], WARMING, atol=1e-3)
 
 
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+@pytest.mark.parametrize(("left_out", "dt"), [("T", 1.0 / 400.0), ("t", 2.0 / 400.0)])
+def test_a_column_that_is_left_out_is_no_clock(
+    name: str, write: Callable[[Columns], bytes], left_out: str, dt: float, read_log: ReadLog
+) -> None:
+    columns = {("T", ""): 2.0 * TIME, ("t", ""): TIME, ("force", "N"): FORCE}
+    (record,) = read_log(write(columns), name, f'ignore = ["{left_out}"]')
+    assert record.dt == pytest.approx(dt) and set(record.channels) == {"force"}
+
+
+@pytest.mark.parametrize(("name", "write"), [one for one in CONTAINERS if one[0] in ("run.h5", "run.mat")])
+def test_a_name_of_a_map_is_looked_up_in_the_whole_file(
+    name: str, write: Callable[[Columns], bytes], read_log: ReadLog
+) -> None:
+    slow = {("T", ""): WARMING[::8], ("pressure", "Pa"): WARMING[::8]}
+    records = read_log(write({("t", ""): TIME, ("force", "N"): FORCE, **slow}), name, 'time = "t"')
+    assert [(r.dt, set(r.channels)) for r in records] == [(1.0 / 400.0, {"force"})]
+    assert any("'T' (100), 'pressure' (100)" in f.text for f in records[0].findings)
+
+
+def test_a_temperature_in_another_group_is_no_clock(read_log: ReadLog) -> None:
+    buffer = io.BytesIO()
+    warm = ChannelObject("slow", "T", WARMING[::8], properties={"unit_string": "degC", "wf_increment": 0.02})
+    with TdmsWriter(buffer) as writer:
+        writer.write_segment([ChannelObject("rig", "t", TIME), ChannelObject("rig", "force", FORCE), warm])
+    fast, slow = read_log(buffer.getvalue(), "run.tdms", 'time = "t"')
+    assert (fast.dt, set(fast.channels)) == (1.0 / 400.0, {"force"})
+    assert (slow.dt, set(slow.channels)) == (0.02, {"temperature"})
+
+
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+@pytest.mark.parametrize("column", ["clock", " CLOCK "])
+def test_the_unit_of_a_map_holds_however_the_name_is_written(
+    name: str, write: Callable[[Columns], bytes], column: str, read_log: ReadLog
+) -> None:
+    columns = {("clock", ""): 1e3 * TIME, ("force", "N"): FORCE}
+    (record,) = read_log(write(columns), name, f'time = {{column = "{column}", unit = "ms"}}')
+    assert record.dt == pytest.approx(1.0 / 400.0)
+
+
+def test_a_header_cell_means_its_column_with_the_unit_of_the_map(read_log: ReadLog) -> None:
+    log = csv({("clock", "s"): 1e3 * TIME, ("force", "N"): FORCE})
+    (record,) = read_log(log, "run.csv", 'time = {column = "clock (s)", unit = "ms"}')
+    assert record.dt == pytest.approx(1.0 / 400.0)
+
+
+def test_a_map_of_any_case_settles_a_unit_of_another_quantity(read_log: ReadLog) -> None:
+    log = csv({("time", "s"): TIME, ("Force", "mm"): FORCE, ("x", "mm"): WARMING})
+    with pytest.raises(Refusal, match="'Force' is in 'mm'"):
+        read_log(log)
+    for column in ('"FORCE"', '["load", "force"]'):
+        (record,) = read_log(log, "run.csv", f'[channels.force]\ncolumn = {column}\nunit = "N"')
+        np.testing.assert_allclose(record.channels["force"], FORCE, atol=1e-3)
+
+
+def test_a_map_of_one_letter_leaves_the_factor_of_the_other(read_log: ReadLog) -> None:
+    log = csv({("time", "s"): TIME, ("V", "V"): FORCE, ("v", "x0.01 m/s"): WARMING})
+    (record,) = read_log(log, "run.csv", '[channels.voltage]\ncolumn = "V"\nunit = "mV"')
+    np.testing.assert_allclose(record.channels["voltage"], 1e-3 * FORCE, atol=1e-6)
+    assert record.units["v"] == "m/s"
+    np.testing.assert_allclose(record.channels["v"], 0.01 * WARMING, atol=1e-6)
+
+
 def test_a_frame_with_a_temperature_has_one_clock() -> None:
     record = Recording.from_frame(frame({("T", "degC"): WARMING, ("time", "s"): TIME, ("force", "N"): FORCE}))
     assert (record.dt, set(record.channels)) == (1.0 / 400.0, {"temperature", "force"})
@@ -134,6 +198,8 @@ def test_a_frame_with_a_temperature_has_one_clock() -> None:
         ("Time", None, True),
         ("time", "ticks", True),
         ("t", "mm", False),
+        # a word of time is one whatever its unit, which is then asked for
+        ("time", "Min", True),
         ("temperature", "s", False),
     ],
 )
