@@ -340,7 +340,7 @@ def _table(names: list[str], times: list[str], arrays: Arrays, order: Mapping[st
 
 
 def _column(name: str, arrays: Arrays, index: int) -> Column:
-    stated = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", ".")) or None
+    stated = arrays.units.get(name) or unit_beside(name, arrays.texts, ("_", "."), arrays.signals) or None
     if stated is None and name.rpartition(".")[2].lower() in OF_CONTAINERS:  # simout.force.Data beside its Units
         stated = unit_beside(name.rpartition(".")[0], arrays.texts, (".",)) or None
     called = arrays.labels.get(name, name)

@@ -4,7 +4,7 @@ Packing and marks follow the conventions of NetCDF (CF): marks are compared with
 afterwards.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,7 +56,7 @@ def units_in(about: Mapping[Any, Any]) -> list[str]:
     return texts if any(texts) else []
 
 
-def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> str:
+def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str], columns: Iterable[str] = ()) -> str:
     """Return the text that states the unit of a number, as ``dt_unit`` or ``units.dt`` of ``dt``; empty without one.
 
     It stands beside the number or in a group further out.
@@ -66,24 +66,28 @@ def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str]) -> st
     name
         Of the number.
     texts
-        Texts by name, of any case; ``T_unit`` is of ``T`` before it is of ``t``.
+        Texts by name, of any case, but for those of another column: ``T_unit`` is no text of ``t`` beside ``T``.
     marks
         What may stand between a name and the word for its unit.
+    columns
+        Names of all columns.
     """
-    low = {key.lower().lstrip("."): text for key, text in texts.items()} | dict(texts)
-    return next(
-        (text for called in (name, name.lower()) for key in _unit_keys(called, marks) if (text := low.get(key))), ""
-    )
+    plain = {key.lstrip("."): text for key, text in texts.items()}
+    twins = (n for n in columns if n != name and n.lower() == name.lower())
+    of_twins = {key for twin in twins for key in _unit_keys(twin, marks)}
+    low = {key.lower(): text for key, text in plain.items() if key not in of_twins}
+    found = (plain.get(key) or low.get(key.lower()) for key in _unit_keys(name, marks))
+    return next(filter(None, found), "")
 
 
-def _unit_keys(name: str, marks: Sequence[str]) -> list[str]:
+def _unit_keys(name: str, marks: Sequence[str]) -> Iterator[str]:
+    """Yield what a text is called that states a unit, from the nearest place to the farthest."""
     parents, leaf = name.split(".")[:-1], name.rpartition(".")[2]
-    found = [
-        *(f"{leaf}{mark}{word}" for mark in marks for word in UNIT_KEYS[:2]),
-        *(f"{w}.{leaf}" for w in UNIT_KEYS[:2]),
-    ]
-    keys = [".".join([*parents[:depth], one]) for depth in range(len(parents), -1, -1) for one in found]
-    return [*keys, *(f"{word}.{name}" for word in UNIT_KEYS[:2])]
+    words = [word for key in UNIT_KEYS[:2] for word in (key, key.capitalize(), key.upper())]
+    beside = [*(f"{leaf}{mark}{word}" for mark in marks for word in words), *(f"{word}.{leaf}" for word in words)]
+    for depth in range(len(parents), -1, -1):
+        yield from (".".join([*parents[:depth], one]) for one in beside)
+    yield from (f"{word}.{name}" for word in words)
 
 
 def decoded(text: Any) -> str:

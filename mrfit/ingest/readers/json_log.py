@@ -352,7 +352,7 @@ def _table(found: _RunArrays, source: Source) -> Table:
     columns = []
     for place, (title, values) in enumerate(found.columns.items()):
         named = (title, name_and_unit(title)[0])
-        stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", "")) for n in named]
+        stated = [found.units.get(n) or unit_beside(n, found.texts, ("_", ".", ""), found.columns) for n in named]
         name, unit = name_and_units(title, next(filter(None, stated), None))
         columns.append(Column(name, unit, values, place))
     time = log_time(columns, source.rules) or _written_time(found.words)

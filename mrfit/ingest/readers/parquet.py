@@ -258,7 +258,7 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
     for column, field, place in zip(table.columns, table.schema, places, strict=True):
         if not _is_number(field.type):
             continue
-        beside = written.get(field.name) or unit_beside(field.name, texts, ("_", "."))
+        beside = written.get(field.name) or unit_beside(field.name, texts, ("_", "."), table.schema.names)
         name, unit = name_and_units(field.name, "".join(units_in(field.metadata or {})) or beside or None)
         if doubt := doubt_of(_numbers_in(field.metadata or {}), None):
             text = f"'{name}': {doubt}; a channel map can say another scale"

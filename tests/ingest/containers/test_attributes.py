@@ -10,7 +10,7 @@ import pytest
 
 from mrfit.core.recording import Recording
 from mrfit.ingest.containers.arrays import Arrays, FileArray
-from mrfit.ingest.containers.attributes import ScaledDataset, packing_of, units_in
+from mrfit.ingest.containers.attributes import ScaledDataset, packing_of, unit_beside, units_in
 from mrfit.ingest.containers.shelf import Shelf
 from tests.ingest.conftest import ReadLog
 
@@ -170,3 +170,25 @@ def test_long_arrays_are_unpacked_slice_by_slice(tmp_path: Path) -> None:
 def test_marks_of_no_number_are_no_packing() -> None:
     assert packing_of({"_FillValue": np.array([np.nan])}, (6,), np.dtype(np.float32)) is not None
     assert packing_of({}, (6,), np.dtype(np.float32)) is None
+
+
+@pytest.mark.parametrize(
+    ("texts", "unit"),
+    [
+        ({"t_unit": "ms"}, "ms"),
+        ({"t_Unit": "ms", "T_Unit": "degC"}, "ms"),
+        ({"T_UNIT": "degC", "t_UNIT": "ms"}, "ms"),
+        ({"units.T": "degC", "units.t": "ms"}, "ms"),
+        ({".T_unit": "degC", ".t_unit": "ms"}, "ms"),
+        # that of the other column is none of this one
+        ({"T_unit": "degC"}, ""),
+        ({"T.unit": "degC"}, ""),
+    ],
+)
+def test_the_text_of_one_letter_is_none_of_the_other(texts: dict[str, str], unit: str) -> None:
+    assert unit_beside("t", texts, ("_", "."), ("T", "t", "force")) == unit
+
+
+def test_a_text_of_any_case_is_taken_where_no_other_column_has_it() -> None:
+    assert unit_beside("run.Force", {"run.FORCE_UNIT": "kN"}, ("_",), ("run.Force", "run.x")) == "kN"
+    assert unit_beside("run.Force", {"force_unit": "kN"}, ("_",)) == "kN"

@@ -184,6 +184,14 @@ def test_a_map_of_one_letter_leaves_the_factor_of_the_other(read_log: ReadLog) -
     np.testing.assert_allclose(record.channels["v"], 0.01 * WARMING, atol=1e-6)
 
 
+@pytest.mark.parametrize(("name", "write"), CONTAINERS)
+def test_a_unit_of_one_letter_is_none_of_the_other(
+    name: str, write: Callable[[Columns], bytes], read_log: ReadLog
+) -> None:
+    (record,) = read_log(write({("T", "degC"): WARMING, ("t", ""): TIME, ("force", "N"): FORCE}), name)
+    assert record.dt == pytest.approx(1.0 / 400.0) and set(record.channels) == {"temperature", "force"}
+
+
 def test_a_frame_with_a_temperature_has_one_clock() -> None:
     record = Recording.from_frame(frame({("T", "degC"): WARMING, ("time", "s"): TIME, ("force", "N"): FORCE}))
     assert (record.dt, set(record.channels)) == (1.0 / 400.0, {"temperature", "force"})
