@@ -168,7 +168,8 @@ def current_reach(rig: Rig, cycles: float, rate: float) -> ChannelReach:
         raise ConfigError("[rig] does not limit how fast the current moves: add frequency in Hz or current_rate in A/s")
     lowest, amplitude = rig.current
     if not lowest <= 0.0 < amplitude:
-        raise ConfigError(f"[rig] current of {lowest:g} to {amplitude:g} A: a coil is driven to both sides of 0")
+        text = f"[rig] current of {lowest:g} to {amplitude:g} A: a coil is driven to both sides of 0"
+        raise ConfigError(f"{text}; write [-A, A], or A alone")
     if lowest < 0.0:
         amplitude = min(amplitude, -lowest)
     speed = rig.current_rate or math.inf

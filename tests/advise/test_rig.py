@@ -74,7 +74,7 @@ def test_a_coil_is_driven_to_both_sides_within_both_ends_of_its_current(current:
     assert (reach.amplitude, reach.speed) == (amplitude, 50.0)
     assert reach.high == pytest.approx(50.0 / (2.0 * 3.141592653589793 * 0.02 * amplitude))
     for own, said in (([-3.0, -1.0], "-3 to -1 A"), ([0.5, 3.0], "0.5 to 3 A")):
-        with pytest.raises(ConfigError, match=f"current of {said}: a coil is driven to both sides of 0"):
+        with pytest.raises(ConfigError, match=f"current of {said}: a coil is driven to both sides of 0; write"):
             current_reach(rig_of({"seconds": 10, "current": own, "current_rate": 50}), 8, 1e4)
 
 

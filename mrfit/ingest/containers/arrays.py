@@ -305,9 +305,10 @@ def _time(names: list[str], arrays: Arrays, rules: Rules, order: Mapping[str, in
         places = columns_meant(rules.time.column, {place: n for n, place in order.items()})
         return [n for n in names if order[n] in places]
     names = [n for n in names if not rules.leaves_out(n)]
-    named = {n: (name_and_unit(_called(n, arrays))[0], _column(n, arrays, order[n]).unit) for n in names}
-    times = [n for n in names if is_called_time(*named[n])]
-    for called in (times, [n for n in names if named[n][0].lower() in DATE_NAMES]):
+    named = {n: name_and_unit(_called(n, arrays))[0] for n in names}
+    times = [n for n in names if is_called_time(named[n], None)]
+    times = [n for n in times if is_called_time(named[n], _column(n, arrays, order[n]).unit)]
+    for called in (times, [n for n in names if named[n].lower() in DATE_NAMES]):
         if rising := [n for n in called if series.rises(arrays.signals[n])]:
             return rising
     stamps = [n for n in names if is_stamp(_called(n, arrays), arrays.signals[n])]

@@ -81,7 +81,7 @@ def unit_beside(name: str, texts: Mapping[str, str], marks: Sequence[str], colum
 
 
 def _unit_keys(name: str, marks: Sequence[str]) -> Iterator[str]:
-    """Yield what a text is called that states a unit, from the nearest place to the farthest."""
+    """Yield the names of a text that states a unit, from the nearest place to the farthest."""
     parents, leaf = name.split(".")[:-1], name.rpartition(".")[2]
     words = [word for key in UNIT_KEYS[:2] for word in (key, key.capitalize(), key.upper())]
     beside = [*(f"{leaf}{mark}{word}" for mark in marks for word in words), *(f"{word}.{leaf}" for word in words)]

@@ -131,7 +131,7 @@ class Rules:
 
     def leaves_out(self, name: str) -> bool:
         """Return whether a column that is written so is left out, so that it is no clock."""
-        return name.strip() in self.ignore
+        return name.strip() in map(str.strip, self.ignore)
 
     def mapped(self, names: Mapping[int, str], settled: bool = False) -> set[int]:
         """Return the places of the columns of which channels are made, or of those whose unit or scale the map gives.

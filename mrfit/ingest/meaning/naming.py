@@ -120,9 +120,8 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     ConfigError
         If the map makes two channels of one column.
     """
-    names = {k: c.name for k, c in enumerate(columns)}
-    ignored = {k for one in rules.ignore for k in columns_meant(one, names)}
-    there = [c for k, c in enumerate(columns) if k not in ignored]
+    ignored = [c for one in rules.ignore for c in _meant(columns, one)]
+    there = [c for c in columns if all(c is not other for other in ignored)]
     signals: list[Signal] = []
     mapped: dict[int, str] = {}
     findings: list[Finding] = []
@@ -238,16 +237,22 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
 def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
     """Return the column a map means: by header name, whatever its case, by name and unit, or by place from 0."""
     cells = wanted if isinstance(wanted, list) else [wanted]
-    names = {c.index: c.name for c in columns}
-    places = {place for one in cells for place in columns_meant(one, names)}
-    # a cell as it stands in the header, which its reader has split
-    split = [name_and_unit(one) for one in cells if isinstance(one, str)]
-    found = [c for c in columns if c.index in places] or [c for c in columns if c.unit and (c.name, c.unit) in split]
+    found = [c for one in cells for c in _meant(columns, one)]
+    found = [c for c in columns if any(c is one for one in found)]
     if len(found) == 1:
         return found[0]
     there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)
     what = f"no column {wanted!r}" if not found else f"{len(found)} columns named {wanted!r}"
     raise Refusal(path, f"{what} as the channel map asks (there are {there})", f"correct the column in {where}")
+
+
+def _meant(columns: Sequence[Column], wanted: str | int) -> list[Column]:
+    """Return the columns that a map names: by place or name, or by a cell of the header, which a reader has split."""
+    if isinstance(wanted, int):
+        return [c for c in columns if c.index == wanted]
+    places = columns_meant(wanted, {k: c.name for k, c in enumerate(columns)})
+    split = name_and_unit(wanted)
+    return [columns[k] for k in places] or [c for c in columns if c.unit and (c.name, c.unit) == split]
 
 
 def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:

@@ -192,6 +192,13 @@ def test_a_unit_of_one_letter_is_none_of_the_other(
     assert record.dt == pytest.approx(1.0 / 400.0) and set(record.channels) == {"temperature", "force"}
 
 
+@pytest.mark.parametrize("left_out", ["T (degC)", " T ", "t"])
+def test_a_column_is_left_out_by_its_cell_too(left_out: str, read_log: ReadLog) -> None:
+    log = csv({("time", "s"): TIME, ("T", "degC"): WARMING, ("force", "N"): FORCE})
+    (record,) = read_log(log, "run.csv", f'ignore = ["{left_out}"]')
+    assert set(record.channels) == {"force"}
+
+
 def test_a_frame_with_a_temperature_has_one_clock() -> None:
     record = Recording.from_frame(frame({("T", "degC"): WARMING, ("time", "s"): TIME, ("force", "N"): FORCE}))
     assert (record.dt, set(record.channels)) == (1.0 / 400.0, {"temperature", "force"})
