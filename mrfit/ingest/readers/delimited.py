@@ -13,7 +13,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.containers.rates import kind_of
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import FILE_NAME, columns_meant
+from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.factor_rows import factor_row
 from mrfit.ingest.meaning.naming import leaf_names
 from mrfit.ingest.meaning.stated_factors import with_stated_factors
@@ -33,6 +33,7 @@ from mrfit.ingest.text.layout import (
     TIME_NAMES,
     Header,
     TextGrid,
+    clocks_meant,
     find_grid,
     find_header,
     name_and_unit,
@@ -281,15 +282,11 @@ def _time_column(
 ) -> int | None:
     rule = source.rules.time
     if rule is not None:
-        wanted = rule.column
-        names = dict(enumerate(header.names))
-        # or a cell as it stands in the header
-        cells = [wanted, *([name_and_unit(wanted)[0]] if isinstance(wanted, str) else [])]
-        places = next(filter(None, (columns_meant(cell, names) for cell in cells)), [])
+        places = clocks_meant(rule.column, dict(enumerate(header.names)))
         if places and places[0] in (*numeric, *stamps):
             return places[0]
         there = ", ".join(f"{k} '{header.names[k]}'" for k in numeric)
-        what = f"no column {wanted!r} to take as time (there are {there})"
+        what = f"no column {rule.column!r} to take as time (there are {there})"
         raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")
     numeric, stamps = ([k for k in some if not source.rules.leaves_out(header.names[k])] for some in (numeric, stamps))
     timed = [k for k in numeric if header.units[k] is not None and units.compatible(header.units[k] or "", "s")]

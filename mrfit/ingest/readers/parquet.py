@@ -18,11 +18,11 @@ from mrfit.ingest.containers.attributes import decoded, doubt_of, unit_beside, u
 from mrfit.ingest.containers.labels import LONGEST_LABEL
 from mrfit.ingest.containers.rates import StatedNumber, stated_rate, texts_in, told_in
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import Rules, columns_meant
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, is_called_time, name_and_units
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, clocks_meant, is_called_time, name_and_units
 from mrfit.ingest.text.long_format import MOST_CHANNELS, LongFormat, long_format, sorted_out
 from mrfit.ingest.time.clocks import is_clock, is_stamp
 from mrfit.ingest.time.epoch import counted_since
@@ -369,7 +369,7 @@ def _numbers_in(about: Mapping[bytes, bytes]) -> dict[str, float]:
 def log_time(columns: list[Column], rules: Rules) -> Column | None:
     """Return the column of times: the map's, or one named so, or the only one in a unit of time."""
     if rules.time is not None:
-        places = columns_meant(rules.time.column, {c.index: c.name for c in columns})
+        places = clocks_meant(rules.time.column, {c.index: c.name for c in columns})
         return next((c for c in columns if c.index in places), None)
     columns = [c for c in columns if not rules.leaves_out(c.name)]
     timed = [c for c in columns if c.unit is not None and units.compatible(c.unit, "s")]

@@ -16,11 +16,11 @@ from mrfit.ingest.containers.rates import SAME_INTERVAL, StatedNumber, stated_ra
 from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import Rules, columns_meant
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import is_called_time, name_and_units
+from mrfit.ingest.text.layout import clocks_meant, is_called_time, name_and_units
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
 UNSET_INCREMENT = 1.0
@@ -168,7 +168,7 @@ def _times(groups: Sequence[_TdmsGroup], rules: Rules) -> list[list[Column]]:
     """Return the times of each group: the map's or, without a map, those of that kind, or named so where they rise."""
     if rules.time is not None:
         names = {c.column.index: c.column.name for group in groups for c in group.channels}
-        places = columns_meant(rules.time.column, names)
+        places = clocks_meant(rules.time.column, names)
         return [[c.column for c in group.channels if c.column.index in places] for group in groups]
     return [[c.column for c in group.channels if _is_time(c, rules)] for group in groups]
 

@@ -161,9 +161,12 @@ def test_the_unit_of_a_map_holds_however_the_name_is_written(
     assert record.dt == pytest.approx(1.0 / 400.0)
 
 
-def test_a_header_cell_means_its_column_with_the_unit_of_the_map(read_log: ReadLog) -> None:
-    log = csv({("clock", "s"): 1e3 * TIME, ("force", "N"): FORCE})
-    (record,) = read_log(log, "run.csv", 'time = {column = "clock (s)", unit = "ms"}')
+@pytest.mark.parametrize(("name", "write"), [one for one in CONTAINERS if one[0] not in ("run.h5", "run.mat")])
+def test_a_header_cell_means_its_column_with_the_unit_of_the_map(
+    name: str, write: Callable[[Columns], bytes], read_log: ReadLog
+) -> None:
+    log = write({("clock (s)", ""): 1e3 * TIME, ("force", "N"): FORCE})
+    (record,) = read_log(log, name, 'time = {column = "clock (s)", unit = "ms"}')
     assert record.dt == pytest.approx(1.0 / 400.0)
 
 
