@@ -162,8 +162,8 @@ class Recording(core.Recording):
             columns = {"time": (times, "s"), **columns}
         columns, said = _by_symbol(columns)
         if others := [n for n in timed if time not in (None, n)]:
-            shown = ", ".join(map(repr, others))
-            text = f"{shown}: called as times are beside '{time}', and left out; units={{…}} tells what they are"
+            left_out = ", ".join(map(repr, others))
+            text = f"{left_out}: called as times are beside '{time}', and left out; units={{…}} tells what they are"
             said.append(core.Finding("not-read", "", None, text))
         made = cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
         return replace(made, findings=(*made.findings, *said))

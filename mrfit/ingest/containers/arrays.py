@@ -306,6 +306,7 @@ def _time(names: list[str], arrays: Arrays, rules: Rules, order: Mapping[str, in
         return [n for n in names if order[n] in places]
     names = [n for n in names if not rules.leaves_out(n)]
     named = {n: name_and_unit(_called(n, arrays))[0] for n in names}
+    # only of names that can be times the unit is looked up, which takes long among many arrays
     times = [n for n in names if is_called_time(named[n], None)]
     times = [n for n in times if is_called_time(named[n], _column(n, arrays, order[n]).unit)]
     for called in (times, [n for n in names if named[n].lower() in DATE_NAMES]):

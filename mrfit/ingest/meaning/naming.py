@@ -120,8 +120,8 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     ConfigError
         If the map makes two channels of one column.
     """
-    ignored = [c for one in rules.ignore for c in _meant(columns, one)]
-    there = [c for c in columns if all(c is not other for other in ignored)]
+    ignored = {id(c) for one in rules.ignore for c in _meant(columns, one)}
+    there = [c for c in columns if id(c) not in ignored]
     signals: list[Signal] = []
     mapped: dict[int, str] = {}
     findings: list[Finding] = []
@@ -237,8 +237,8 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
 def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
     """Return the column a map means: by header name, whatever its case, by name and unit, or by place from 0."""
     cells = wanted if isinstance(wanted, list) else [wanted]
-    found = [c for one in cells for c in _meant(columns, one)]
-    found = [c for c in columns if any(c is one for one in found)]
+    meant = {id(c) for one in cells for c in _meant(columns, one)}
+    found = [c for c in columns if id(c) in meant]
     if len(found) == 1:
         return found[0]
     there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)

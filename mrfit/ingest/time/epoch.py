@@ -11,7 +11,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
-from mrfit.ingest.text.layout import name_and_unit, unit_words
+from mrfit.ingest.text.layout import clocks_meant, unit_words
 
 SINCE_1970: Mapping[str, float] = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 """Units in which computers count time since 1970, per second."""
@@ -43,9 +43,9 @@ def in_seconds(
         If the unit is none of time, or the times are thousands of years from now.
     """
     rule = rules.time
-    # as the header has it, or with its unit split off
-    cells = {c.strip().lower() for c in (str(rule.column), name_and_unit(str(rule.column))[0])} if rule else set()
-    named = not cells.isdisjoint({time.name.strip().lower(), str(time.index)})
+    named = rule is not None and (
+        str(rule.column) == str(time.index) or clocks_meant(rule.column, {time.index: time.name})
+    )
     if rule is not None and rule.unit is not None and named:
         return _scaled(time, rule.unit, path), units.to_unit(rule.unit, "s").scale, []
     said: list[Finding] = []
