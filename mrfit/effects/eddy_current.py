@@ -28,6 +28,9 @@ RISING = True
 # Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
 # tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
 SETTLED, ROUNDS = 1e-10, 60
+# Rounds in which changes fall at least by half, from twice as many on: where flux falls behind a reversal, so that the
+# circuit has more than one solution, they may go on for ever
+HALVED_IN = 6
 # The same of one step, as a share of its currents; from so many rounds on changes fall as long as they are no rounding
 CLOSE, MOST_ROUNDS, FIRST_ROUNDS = 1e-12, 40, 6
 
@@ -87,10 +90,12 @@ def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt:
     extent = float(np.ptp(current))
     if not (theta[0] > 0.0 and extent > 0.0):
         return flux
-    for _ in range(ROUNDS):
+    changes: list[float] = []
+    while len(changes) < ROUNDS:
         there = chord_lag(plain(current), plain(here), plain(flux), theta[0], np.atleast_1d(np.float64(dt)))
-        change = float(np.max(np.abs(there - here)))
+        changes.append(float(np.max(np.abs(there - here))))
         here, flux = there, simulate(there)
-        if not change > SETTLED * extent:
+        stays = len(changes) > 2 * HALVED_IN and changes[-1] > 0.5 * changes[-1 - HALVED_IN]
+        if stays or not changes[-1] > SETTLED * extent:
             break
     return flux

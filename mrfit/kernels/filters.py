@@ -96,7 +96,8 @@ def lag_step(y: float, before: float, now: float, tau: float, dt: float) -> floa
     if tau <= 0.0 or dt <= 0.0:
         return y if dt <= 0.0 and tau > 0.0 else now
     ratio = tau / dt
-    return now + math.exp(-1.0 / ratio) * (y - before) + ratio * math.expm1(-1.0 / ratio) * (now - before)
+    left = math.expm1(-1.0 / ratio)
+    return now + (1.0 + left) * (y - before) + ratio * left * (now - before)
 
 
 @kernel

@@ -186,8 +186,9 @@ def _fitted_lines(i: Array, y: Array, flux: Array) -> tuple[Array, Array, Array]
 
 
 def _reduce(theta: Array) -> Array:
-    slope, amplitude, turnover, n, rho = derived(theta).T
-    return np.column_stack([slope, amplitude, 1.0 / turnover, n, rho])
+    forms = derived(theta)
+    forms[:, 2] = 1.0 / forms[:, 2]
+    return forms
 
 
 def _restore(reduced: Array) -> Array:
