@@ -45,14 +45,15 @@ def test_every_slot_and_its_function_are_documented() -> None:
 def test_aliases_are_mutual(effect: ModuleType) -> None:
     for alias in effect.SPEC.aliases:
         if alias in NAMES:
-            assert effect.SPEC.name in registry.load("effect", alias).SPEC.aliases
+            others = registry.load("effect", alias).SPEC.aliases
+            assert effect.SPEC.name in others, f"{alias} has to name {effect.SPEC.name} among its aliases"
 
 
 def test_parameters_and_their_units_are_in_the_docstring(effect: ModuleType) -> None:
-    assert "Source:" in effect.__doc__
+    assert "Source:" in effect.__doc__, "the docstring names its source behind 'Source:'"
     for p in effect.SPEC.params:
         assert p.name in effect.__doc__
-        assert f"({p.unit}" in effect.__doc__
+        assert f"({p.unit}" in effect.__doc__, f"the docstring lacks '({p.unit})', the unit of {p.name}"
 
 
 def test_an_effect_that_knows_time_or_temperature_may_change_within_a_record(effect: ModuleType) -> None:
@@ -62,3 +63,8 @@ def test_an_effect_that_knows_time_or_temperature_may_change_within_a_record(eff
 def test_what_must_move_is_an_input(effect: ModuleType) -> None:
     assert {name for name, _ in effect.SPEC.moves} <= set(effect.SPEC.inputs)
     assert all(least > 0.0 for _, least in effect.SPEC.moves)
+
+
+@pytest.mark.parametrize("name", ["free-play"])
+def test_contracts_are_chosen_by_the_name_of_a_file(name: str, request: pytest.FixtureRequest) -> None:
+    assert any(name.replace("-", "_") in keyword for keyword in request.node.extra_keyword_matches)
