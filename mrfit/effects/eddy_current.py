@@ -90,11 +90,12 @@ def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt:
     extent = float(np.ptp(current))
     if not (theta[0] > 0.0 and extent > 0.0):
         return flux
+    here, current, steps = plain(here), plain(current), np.atleast_1d(np.float64(dt))
     changes: list[float] = []
     while len(changes) < ROUNDS:
-        there = chord_lag(plain(current), plain(here), plain(flux), theta[0], np.atleast_1d(np.float64(dt)))
-        changes.append(float(np.max(np.abs(there - here))))
-        here, flux = there, simulate(there)
+        here, change = chord_lag(current, here, plain(flux), theta[0], steps)
+        flux = simulate(here)
+        changes.append(change)
         stays = len(changes) > 2 * HALVED_IN and changes[-1] > 0.5 * changes[-1 - HALVED_IN]
         if stays or not changes[-1] > SETTLED * extent:
             break

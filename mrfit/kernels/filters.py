@@ -34,21 +34,24 @@ def lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
-def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) -> Array:
+def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) -> tuple[Array, float]:
     """Return ``lag`` of a signal (N,) whose tau, over each step, is a gain > 0 in s times the chord d(there)/d(here).
 
-    Where a chord of the signals ``here`` and ``there``, (N,), has no slope above 0, that before it holds; 0 at first.
+    The second result is its largest distance from ``here``. Where a chord of the signals ``here`` and ``there``, (N,), has no slope above 0, that before it holds; 0 at first.
     ``steps`` in s, (1,) or (N,), is the time from each sample to that before.
     """
     y = np.empty_like(x)
     y[0] = x[0]
-    chord = 0.0
+    chord, change = 0.0, abs(x[0] - here[0])
     for j in range(1, len(x)):
         run = here[j] - here[j - 1]
         slope = (there[j] - there[j - 1]) / run if run != 0.0 else 0.0
         chord = slope if 0.0 < slope < math.inf else chord
         y[j] = lag_step(y[j - 1], x[j - 1], x[j], gain * chord, steps[min(j, len(steps) - 1)])
-    return y
+        moved = abs(y[j] - here[j])
+        # true as well of what is not finite, as is then all that follows
+        change = change if moved <= change else moved
+    return y, change
 
 
 @kernel

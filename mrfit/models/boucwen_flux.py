@@ -20,6 +20,7 @@ only. ``derived`` gives what remains. A coil with iron loses energy, so (1 - A)/
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -109,7 +110,13 @@ def step_on_curve(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the flux linkage in Wb, shape (P, N), of a current in A, shape (1, N); dt does not enter."""
-    return driven(drive, _reduce(theta), dt)
+    return driven(drive, _kept_forms(theta.tobytes(), theta.shape), dt)
+
+
+@lru_cache(maxsize=4)
+def _kept_forms(theta: bytes, shape: tuple[int, ...]) -> Array:
+    """Return ``_reduce`` of parameters; an effect that closes a loop simulates the same many times."""
+    return _reduce(np.frombuffer(theta).reshape(shape))
 
 
 def derived(theta: Array) -> Array:
