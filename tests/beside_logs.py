@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.conftest import ROOT
-from tests.ingest.samples import sample
+from tests.ingest.samples import BINARY, sample
 
 MODULES = (
     *("mrfit", "pickle", "numpy", "pandas", "h5py", "scipy", "json", "typing", "numba", "nptdms", "asammdf", "pyarrow"),
@@ -22,7 +22,6 @@ MODULES = (
 )
 """Names under which Python files lie beside the logs; ``encodings`` is a package there."""
 PROGRAMS = ("gcc", "cc", "clang", "ld", "octave", "octave-cli", "fc-list", "git", "uname", "python", "python3")
-BINARY = ("matlab", "hdf5", "tdms", "mdf", "parquet")
 RIG = """
 [rig]
 seconds = 20

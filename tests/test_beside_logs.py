@@ -66,7 +66,8 @@ def test_every_command_is_among_them() -> None:
             yield from leaves(one, f"{name} {word}")
 
     called = [" ".join(words) for words in COMMANDS]
-    assert not [name for name in leaves(get_command(app)) if not any(c.startswith(name) for c in called)]
+    missing = [name for name in leaves(get_command(app)) if not any(c.startswith(name) for c in called)]
+    assert not missing, f"add to COMMANDS in tests/beside_logs.py: {missing}"
 
 
 def test_what_is_laid_beside_logs_would_leave_a_mark(beside: Beside, monkeypatch: pytest.MonkeyPatch) -> None:

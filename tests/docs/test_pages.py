@@ -125,7 +125,7 @@ def test_every_page_is_in_a_table_of_contents() -> None:
                 listed |= {p.resolve() for p in found}
     written = [*PAGES, *docs.glob("tutorials/*.ipynb")]
     own = {p for p in written if docs in p.parents} | {p for p in GENERATED if p.name != "policy.md"}
-    assert own - listed == {docs / "index.md"}
+    assert own - listed == {docs / "index.md"}, "name the page in a toctree, as those of docs/index.md"
     assert listed - own == set()
 
 

@@ -340,7 +340,8 @@ WRITERS: dict[str, Callable[[], Sample]] = {
     "mdf": mdf,
 }
 
-NO_LINES = ("parquet", "matlab", "hdf5", "tdms", "mdf", "json-log")
+BINARY = ("parquet", "matlab", "hdf5", "tdms", "mdf")
+NO_LINES = (*BINARY, "json-log")
 """Formats in which a sample has no line of its own: damage to rows, laid line by line, cannot be laid into them."""
 
 

@@ -18,11 +18,11 @@ from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.ingest.stage import Settings
 from tests.ingest.examining import examine
-from tests.ingest.samples import RS_SETTINGS, WRITERS, Sample, matlab_seven_three
+from tests.ingest.samples import BINARY, RS_SETTINGS, WRITERS, Sample, matlab_seven_three
 
 SAMPLES = {name: WRITERS[name]() for name in registry.names("reader")} | {"matlab-7.3": matlab_seven_three()}
 NAMES = sorted(SAMPLES)
-BINARY = {"parquet", "matlab", "matlab-7.3", "hdf5", "tdms", "mdf"}
+BYTES = {*BINARY, "matlab-7.3"}
 
 LARGEST = 1 << 20
 LONGEST = 60.0
@@ -208,7 +208,7 @@ def assert_sound_when_damaged(name: str, mutations: list[Mutation], count: int) 
 
 
 def mutations_of(name: str) -> list[Mutation]:
-    return ANY if name in BINARY else TEXT
+    return ANY if name in BYTES else TEXT
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -216,7 +216,7 @@ def test_any_damage_ends_in_a_read_or_one_line(name: str) -> None:
     assert_sound_when_damaged(name, mutations_of(name), 10)
 
 
-@pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
+@pytest.mark.parametrize("name", sorted(set(NAMES) - BYTES))
 def test_no_wrong_number_after_damage_to_lines(name: str) -> None:
     assert_sound_when_damaged(name, WHOLE_LINES, 10)
 
@@ -228,6 +228,6 @@ def test_any_damage_two_thousand_times(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
+@pytest.mark.parametrize("name", sorted(set(NAMES) - BYTES))
 def test_no_wrong_number_two_thousand_times(name: str) -> None:
     assert_sound_when_damaged(name, WHOLE_LINES, 2000)

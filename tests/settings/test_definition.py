@@ -224,7 +224,8 @@ def test_every_setting_says_what_it_is(kind: Any) -> None:
 
 def test_a_comparison_has_the_options_of_a_fit_but_for_its_name_and_intervals() -> None:
     fit_own, asked = ({f.name for f in fields(kind)} for kind in (fit.Settings, compare.CompareOptions))
-    assert fit_own - asked == {"name", "intervals", "forms", "driven_by", "mass"}
+    own = {"name", "intervals", "forms", "driven_by", "mass"}
+    assert fit_own - asked == own, f"add to CompareOptions, or list here: {sorted((fit_own - asked) ^ own)}"
     same = {f.name: f.setting for f in defined(fit.Settings)}
     for one in defined(compare.CompareOptions):
         assert one.name in ("models", "optimizers", "model", "seeds", "optimizer") or one.setting is same[one.name]
