@@ -37,8 +37,9 @@ def lag(x: Array, ratio: Array) -> Array:
 def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) -> tuple[Array, float]:
     """Return ``lag`` of a signal (N,) whose tau, over each step, is a gain > 0 in s times the chord d(there)/d(here).
 
-    The second result is its largest distance from ``here``. Where a chord of the signals ``here`` and ``there``, (N,), has no slope above 0, that before it holds; 0 at first.
-    ``steps`` in s, (1,) or (N,), is the time from each sample to that before.
+    The second result is its largest distance from ``here``. Where a chord of the signals ``here`` and ``there``, (N,),
+    has no slope above 0, that before it holds; 0 at first. ``steps`` in s, (1,) or (N,), is the time from each sample
+    to that before.
     """
     y = np.empty_like(x)
     y[0] = x[0]
