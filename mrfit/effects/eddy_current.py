@@ -28,8 +28,8 @@ RISING = True
 # Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
 # tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
 SETTLED, ROUNDS = 1e-10, 60
-# Rounds in which changes fall at least by half, from twice as many on: where flux falls behind a reversal, so that the
-# circuit has more than one solution, they may go on for ever
+# Rounds in which changes fall at least by half, from twice as many on. Where flux falls behind a reversal, the circuit
+# has more than one solution, and they may go on for ever
 HALVED_IN = 6
 # The same of one step, as a share of its currents; from so many rounds on changes fall as long as they are no rounding
 CLOSE, MOST_ROUNDS, FIRST_ROUNDS = 1e-12, 40, 6
@@ -96,7 +96,7 @@ def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt:
         here, change = chord_lag(current, here, plain(flux), theta[0], steps)
         flux = simulate(here)
         changes.append(change)
-        stays = len(changes) > 2 * HALVED_IN and changes[-1] > 0.5 * changes[-1 - HALVED_IN]
-        if stays or not changes[-1] > SETTLED * extent:
+        stays = len(changes) > 2 * HALVED_IN and change > 0.5 * changes[-1 - HALVED_IN]
+        if not change > SETTLED * extent or (stays and np.min(np.diff(flux) * np.diff(here)) < 0.0):
             break
     return flux
