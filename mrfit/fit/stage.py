@@ -16,7 +16,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.diagnose import diagnose, drift_warnings, law_warnings
-from mrfit.fit.diagnostics.remainders import Borrower, borrowed
+from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive, within_noise
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -159,7 +159,7 @@ def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: 
     asked, settings = settings, with_drive(settings, dataset.recordings)
     prepared = prepare(dataset, settings)
     runner = _Runner(prepared, settings, origin, progress)
-    pieces = _with_borrowed(runner.fit_groups(), prepared.assembly, settings.jobs)
+    pieces = _with_borrowed(runner.fit_groups(), prepared.assembly)
     blocks = Blocks(part for p in pieces for part in p.group.full.parts)
     simulated = LazyArrays([s for p in pieces for s in p.simulated.members])
     metrics = pieces[0].metrics
@@ -351,14 +351,15 @@ class GroupFit:
     found: FoundPoint
 
 
-def _with_borrowed(pieces: list[GroupFit], assembly: Assembly, jobs: int) -> list[GroupFit]:
+def _with_borrowed(pieces: list[GroupFit], assembly: Assembly) -> list[GroupFit]:
     """Return the fits of conditions by themselves, with what the nearest other's parameters leave of each."""
     if len(pieces) < 2:
         return pieces
-    borrowers = [Borrower(p.group.judged.parts, assembly, [q.result for q in pieces]) for p in pieces]
-    # where the fits were: their processes have the kernels
-    rows = [[*p.result.remainders, *r] for p, r in zip(pieces, spread(borrowed, borrowers, jobs, silent), strict=True)]
-    return [replace(p, result=replace(p.result, remainders=r)) for p, r in zip(pieces, rows, strict=True)]
+    results, made = [p.result for p in pieces], []
+    for piece in pieces:
+        rows = borrowed(piece.group.judged.parts, assembly, results)
+        made.append(replace(piece, result=replace(piece.result, remainders=[*piece.result.remainders, *rows])))
+    return made
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core.channels import CONTROL
-from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, Index
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.fit.extrapolation import SLACK, beyond, together
@@ -216,20 +215,10 @@ def left_out(
     return points, rows + (without(levels, LEVEL_LEFT_OUT, bends_of(assembly, cube))[1] if levels else [])
 
 
-@dataclass(frozen=True)
-class Borrower:
-    """Parts of a condition that was fitted by itself, and the results of all conditions."""
-
-    parts: Sequence[SegmentPart]
-    assembly: Assembly
-    results: Sequence[Result]
-
-
-def borrowed(borrower: Borrower, progress: Progress = silent) -> list[Remainder]:
-    """Return what the parameters of the nearest other condition leave of one that was fitted by itself."""
-    parts, assembly = borrower.parts, borrower.assembly
+def borrowed(parts: Sequence[SegmentPart], assembly: Assembly, results: Sequence[Result]) -> list[Remainder]:
+    """Return what the parameters of the nearest other condition leave of parts of one that was fitted by itself."""
     condition = parts[0].segment.condition
-    nearest = closest_result([r for r in borrower.results if r.condition != condition], parts[0].segment)
+    nearest = closest_result([r for r in results if r.condition != condition], parts[0].segment)
     theta = theta_of(assembly, nearest)[None, :]
     errors = [differences(part.block, assembly, theta)[0] for part in parts]
     fitted = together(r.extents for r in nearest.remainders if r.role == "train")

@@ -9,7 +9,6 @@ from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.remainders import (
     LEFT_OUT,
     PIECES,
-    Borrower,
     bends_of,
     borrowed,
     fitted_remainders,
@@ -198,5 +197,5 @@ def test_of_a_condition_by_itself_the_nearest_others_parameters_tell() -> None:
     own = part(np.ones((1, 100)), np.full(100, 0.5), "own", 5)
     assert own.segment.frequency == pytest.approx(50.0)
     results = [fit_of("own", 50.0, 0.5), fit_of("far", 5.0, 0.9), fit_of("near", 60.0, 0.75)]
-    (row,) = borrowed(Borrower([own], assembly, results))
+    (row,) = borrowed([own], assembly, results)
     assert (row.condition, row.role) == ("own", LEFT_OUT) and row.quantile == pytest.approx(0.25)
