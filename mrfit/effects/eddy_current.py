@@ -25,8 +25,8 @@ from mrfit.kernels.theta import plain
 # The circuit has one solution only where the flux rises with the magnetising current
 RISING = True
 
-# Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
-# tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
+# Change of the magnetising current at which the rounds end, as a share of the current's range: far below what a
+# derivative by differences would see; 6 to 18 rounds reach it, of steep loops over 50
 SETTLED, ROUNDS = 1e-10, 60
 # Rounds in which changes fall at least by half, from twice as many on. Where flux falls behind a reversal, the circuit
 # has more than one solution, and they may go on for ever

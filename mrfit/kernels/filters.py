@@ -50,7 +50,7 @@ def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) ->
         chord = slope if 0.0 < slope < math.inf else chord
         y[j] = lag_step(y[j - 1], x[j - 1], x[j], gain * chord, steps[min(j, len(steps) - 1)])
         moved = abs(y[j] - here[j])
-        # true as well of what is not finite, as is then all that follows
+        # one that is not finite is taken, too: neither is any that follows
         change = change if moved <= change else moved
     return y, change
 

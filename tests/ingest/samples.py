@@ -341,6 +341,7 @@ WRITERS: dict[str, Callable[[], Sample]] = {
 }
 
 BINARY = ("parquet", "matlab", "hdf5", "tdms", "mdf")
+"""Formats whose files are no text."""
 NO_LINES = (*BINARY, "json-log")
 """Formats in which a sample has no line of its own: damage to rows, laid line by line, cannot be laid into them."""
 
