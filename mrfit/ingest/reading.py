@@ -285,8 +285,7 @@ def _reader_below(module: Reader, part: headings.HeadedPart) -> Reader:
 
 
 def _by_place(rules: Rules) -> bool:
-    clock = [rules.time.column] if rules.time else []
-    return any(isinstance(c, int) for c in [*clock, *(r.column for r in rules.channels.values())])
+    return any(isinstance(column, int) for column in rules.columns)
 
 
 def _check_memory(source: Source) -> None:

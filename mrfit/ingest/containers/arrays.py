@@ -213,11 +213,7 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
 
 def _mapped(source: Source) -> set[str]:
     """Return the columns that the channel map names, in lower-case letters: arrays keep the paths it calls them by."""
-    time = source.rules.time
-    chosen: list[object] = [time.column] if time else []
-    for rule in source.rules.channels.values():
-        chosen += rule.column if isinstance(rule.column, list) else [rule.column]
-    return {column.strip().lower() for column in chosen if isinstance(column, str)}
+    return {column.strip().lower() for column in source.rules.columns if isinstance(column, str)}
 
 
 def _parts(

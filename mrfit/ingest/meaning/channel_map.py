@@ -2,7 +2,7 @@
 
 import fnmatch
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -36,6 +36,11 @@ class ChannelRule(TomlTable):
     offset: Finite = 0.0
     sign: Literal[1, -1] = 1
     low_pass: Positive | None = None
+
+    @property
+    def columns(self) -> Sequence[str | int]:
+        """The column, or those of the list."""
+        return self.column if isinstance(self.column, list) else [self.column]
 
 
 class TimeRule(TomlTable):
@@ -129,6 +134,12 @@ class Rules:
     low_pass: Mapping[str, float] = field(default_factory=dict)
     believed: bool = False
 
+    @property
+    def columns(self) -> tuple[str | int, ...]:
+        """Columns that the map takes as times and channels, by name or place."""
+        clock: list[str | int] = [self.time.column] if self.time else []
+        return (*clock, *(one for rule in self.channels.values() for one in rule.columns))
+
     def leaves_out(self, name: str) -> bool:
         """Return whether a column that is written so is left out, so that it is no clock."""
         return name.strip() in map(str.strip, self.ignore)
@@ -144,8 +155,7 @@ class Rules:
             Whether only columns are meant whose unit or scale is given.
         """
         rules = [r for r in self.channels.values() if not settled or r.unit is not None or r.scale != 1.0]
-        chosen = [one for r in rules for one in (r.column if isinstance(r.column, list) else [r.column])]
-        return {place for one in chosen for place in columns_meant(one, names)}
+        return {place for r in rules for one in r.columns for place in columns_meant(one, names)}
 
 
 def load_map(path: Path) -> MapFile:

@@ -109,8 +109,9 @@ def read(source: Source) -> list[Table]:
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
     header = replace(header, units=written)
-    header = header if source.rules.where else without_runs(header)
-    beside = () if source.rules.where or factors else tests_beside(header)
+    named = (*source.rules.columns, *source.rules.ignore)
+    header = header if named else without_runs(header)
+    beside = () if factors else tests_beside(header, named)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"
         raise Refusal(head.path, what, "write each into a log of its own, or name its columns in a channel map")

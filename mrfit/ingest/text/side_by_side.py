@@ -1,13 +1,14 @@
 """Tests that stand side by side in one table, each in columns of the same names that begin with its times."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mrfit.ingest.meaning import units
 from mrfit.ingest.table import Table
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, clocks_meant
 
 COPY_MARK = re.compile(r"[._ ]\d+$")
 """What pandas and spreadsheets put behind a name that stood there already."""
@@ -30,10 +31,11 @@ def without_runs(header: Header) -> Header:
     return shorter if len({*cut}) == len(cut) or tests_beside(shorter) else header
 
 
-def tests_beside(header: Header) -> list[range]:
+def tests_beside(header: Header, named: Sequence[str | int] = ()) -> list[range]:
     """Return the columns of each test; none where the columns are of one test.
 
-    Columns without a name, which part the tests, belong to none.
+    Columns without a name, which part the tests, belong to none. A map that names columns by place, or as one test
+    alone has them, tells the tests apart itself.
     """
     called = [COPY_MARK.sub("", name.strip().lower()) for name in header.names]
     begins = [k for k, name in enumerate(called) if name in TIME_NAMES | DATE_NAMES and name == called[0]]
@@ -45,7 +47,9 @@ def tests_beside(header: Header) -> list[range]:
     first = [called[k] for k in groups[0]]
     same = all([called[k] for k in g] == first for g in groups)
     plain = all(header.names[k].strip().lower() == called[k] for k in groups[0])
-    return groups if same and plain and len(first) > 2 else []
+    meant = [clocks_meant(one, dict(enumerate(header.names))) for one in named if isinstance(one, str)]
+    apart = len(meant) < len(named) or any(places and places[0] not in groups[0] for places in meant)
+    return groups if same and plain and len(first) > 2 and not apart else []
 
 
 def header_of(header: Header, columns: range) -> Header:

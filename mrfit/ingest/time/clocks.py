@@ -13,7 +13,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules, columns_meant
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, RejectedRow, Table
-from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
+from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, clocks_meant, words_of
 from mrfit.ingest.time.epoch import counts_since
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
@@ -28,25 +28,35 @@ OTHER_UNITS = (1e3, 1e6, 1e9, 86400.0)
 def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     """Return a table with one clock: of several that differ, each is that of the channels behind it.
 
-    Channels of the slower clocks are interpolated linearly at the times of the quickest one.
+    Channels of the slower clocks are interpolated linearly at the times of the quickest one. A map that names one clock
+    means it for all channels; where several are called so, each is that of its own.
 
     Raises
     ------
     Refusal
         If it cannot be told which channels a clock belongs to, or the clocks have no time in common.
     """
-    if table.time is None or rules.time is not None:
+    if table.time is None:
         return table
     names = {c.index: c.name for c in (*table.columns, table.time)}
     mapped = rules.mapped(names).union(*(columns_meant(one, names) for one in rules.ignore))
-    clocks = [c for c in table.columns if c.index not in mapped and is_clock(c)]
-    every = sorted([table.time, *clocks], key=lambda c: c.index)
+    free = [c for c in table.columns if c.index not in mapped]
+    clocks, rule = [c for c in free if is_clock(c)], rules.time
+    remedy = f"write time = COLUMN in a channel map ({FILE_NAME} or --map)"
+    if rule is not None:
+        meant = clocks_meant(rule.column, names)
+        if len(meant) < 2:
+            return _with_clock_of_map(table, table.time, clocks)
+        clocks = [c for c in free if c.index in meant and _rises(c)]
+        remedy = f"write time = {table.time.index} or another place from 0 in {rules.where}"
+    unit = rule.unit if rule else None
+    every = [replace(c, unit=unit or c.unit) for c in sorted([table.time, *clocks], key=lambda c: c.index)]
     owned = _owned([c for c in table.columns if c not in clocks], every)
-    others = [c for c in clocks if _differs(table.time, c, owned is not None)]
+    first = next(c for c in every if c.index == table.time.index)
+    others = [c for c in every if c is not first and _differs(first, c, owned is not None)]
     if not others:
         return table
-    shown = " and ".join(f"'{c.name}' (column {c.index})" for c in [table.time, *others])
-    remedy = f"write time = COLUMN in a channel map ({FILE_NAME} or --map)"
+    shown = " and ".join(f"'{c.name}' (column {c.index})" for c in [first, *others])
     if owned is None:
         raise Refusal(path, f"{shown} are times that differ, and which holds cannot be told", remedy)
     if not series.in_memory(table.time.values):
@@ -69,7 +79,8 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     )
     text = f"{shown} are times that differ: {owners}; all are brought on column "
     text += f"{every[quickest].index} by linear interpolation"
-    time = Column(every[quickest].name, "s", grid[within], every[quickest].index)
+    scale = units.to_unit(unit, "s").scale if unit else 1.0
+    time = Column(every[quickest].name, "s", grid[within] / scale, every[quickest].index)
     return replace(
         table,
         columns=tuple(sorted(columns, key=lambda c: c.index)),
@@ -82,10 +93,22 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     )
 
 
+def _with_clock_of_map(table: Table, time: Column, clocks: Sequence[Column]) -> Table:
+    """Return a table, and that other clocks differ from the one that the map names for all channels."""
+    others = [c for c in clocks if _differs(time, c, True)]
+    if not others:
+        return table
+    shown = " and ".join(f"'{c.name}' (column {c.index})" for c in others)
+    text = f"{shown} tells other times than '{time.name}' (column {time.index}), which the channel map takes for all"
+    return table.finding("two-clocks", text)
+
+
 def is_clock(column: Column) -> bool:
     """Whether a column is named or measured as a time, and rises."""
-    if not is_called_clock(column.name, column.unit):
-        return False
+    return is_called_clock(column.name, column.unit) and _rises(column)
+
+
+def _rises(column: Column) -> bool:
     steps = [step[np.isfinite(step)] for _, step in series.steps(column.values)]
     rising = sum(int(np.count_nonzero(s > 0.0)) for s in steps)
     return rising > 0.9 * max(sum(map(len, steps)), 1)

@@ -34,6 +34,33 @@ def test_tests_with_times_of_their_own(header: str, second: int, read_log: ReadL
     assert two.rows_refused == 0
 
 
+SIDE_BY_SIDE = "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n"
+
+
+@pytest.mark.parametrize(
+    "channel_map",
+    [
+        "resistance = 2.0\n",
+        'time = "Time"\n',
+        'ignore = ["Stroke"]\n',
+        '[channels]\nforce = {column = ["Kraft", "Force"]}\n',
+    ],
+)
+def test_a_map_that_means_every_test_leaves_them_apart(channel_map: str, read_log: ReadLog) -> None:
+    one, two = read_log(SIDE_BY_SIDE + _rows(), channel_map=channel_map)
+    assert (one.dt, two.dt) == (pytest.approx(2e-3), pytest.approx(4e-3))
+    np.testing.assert_allclose(two.channels["force"], -FORCE)
+
+
+@pytest.mark.parametrize(("time", "force"), [("3", "5"), ('"Time.1"', '"Force.1"')])
+def test_a_map_that_names_the_columns_of_one_test_means_it(time: str, force: str, read_log: ReadLog) -> None:
+    (record,) = read_log(
+        SIDE_BY_SIDE + _rows(), channel_map=f"time = {time}\n[channels]\nforce = {{column = {force}}}\n"
+    )
+    assert record.dt == pytest.approx(4e-3)
+    np.testing.assert_allclose(record.channels["force"], -FORCE)
+
+
 @pytest.mark.parametrize(("before", "name"), [("Latest: ", "plunger"), ("Left: ", "left_plunger")])
 def test_a_run_before_every_name_is_no_part_of_it(before: str, name: str, read_log: ReadLog) -> None:
     rows = "".join(f"{2e-3 * k:.3f},{f},{k}\n" for k, f in zip(K, FORCE, strict=True))

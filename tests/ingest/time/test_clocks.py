@@ -100,6 +100,39 @@ def test_clocks_without_channels_of_their_own_that_differ_are_refused(names: str
     assert record.dt == 0.002
 
 
+@pytest.mark.parametrize(
+    ("time", "unit"), [('"Time"', "s"), ('"time (s)"', "s"), ('{column = "Time", unit = "ms"}', "ms")]
+)
+def test_a_map_that_names_several_clocks_means_each_for_its_own_channels(
+    time: str, unit: str, read_log: ReadLog
+) -> None:
+    scale = 1000.0 if unit == "ms" else 1.0
+    names = "Time (s),disp (mm),Time (s),force (N)"
+    (record,) = read_log(log(names, scale * 0.002 * K, 0.004 * K, scale), channel_map=f"time = {time}\n")
+    own = record.start + record.dt * np.arange(record.samples)
+    assert record.dt == pytest.approx(0.002) and set(record.channels) == {"displacement", "force"}
+    np.testing.assert_allclose(record.channels["force"], force(own), atol=1.0)
+
+
+def test_a_map_that_names_several_clocks_without_channels_asks_for_a_place(read_log: ReadLog) -> None:
+    text = columns("Time,disp (mm),Time", 0.002 * K, disp(0.002 * K), 0.01 * K)
+    with pytest.raises(Refusal, match="write time = 0 or another place from 0 in"):
+        read_log(text, channel_map='time = "Time"\n')
+
+
+@pytest.mark.parametrize(("two", "said"), [(0.004 * K, True), (0.002 * K, False)])
+def test_the_clock_of_a_map_is_that_of_all_channels_and_one_that_differs_is_said(
+    two: np.ndarray, said: bool, read_log: ReadLog
+) -> None:
+    text = log("Time (s),disp (mm),Time (s),force (N)", 0.002 * K, two)
+    (record,) = read_log(text, channel_map="time = 0\n")
+    assert record.dt == pytest.approx(0.002)
+    np.testing.assert_allclose(record.channels["force"], force(two), atol=1e-3)
+    assert [f.text for f in record.findings if f.kind == "two-clocks"] == [
+        "'Time' (column 2) tells other times than 'Time' (column 0), which the channel map takes for all"
+    ] * said
+
+
 def test_a_clock_that_starts_again_with_every_step_is_the_same_clock(read_log: ReadLog) -> None:
     text = columns("Time (s),Step time (s),disp (mm)", 0.002 * K, 0.002 * (K % 200), disp(0.002 * K))
     (record,) = read_log(text)
