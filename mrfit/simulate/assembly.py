@@ -11,7 +11,7 @@ their slots, those of one slot by their turns and names:
 Every effect has a neutral value at which it vanishes bit for bit, so that the base is nested in base + effect.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import cast
 
@@ -216,6 +216,28 @@ def counts_from_the_beginning(effect: protocols.Effect) -> bool:
     return isinstance(effect, protocols.HasStep) and not effect.SPEC.steady
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Points:
+    """Points that are simulated together.
+
+    Attributes
+    ----------
+    theta
+        Parameters of the base and of all effects, shape (P, M).
+    base
+        The base's, shape (P, K).
+    own
+        Those of every effect.
+    active
+        By slot, the effects that some point does not hold at neutral, with their parameters.
+    """
+
+    theta: Array
+    base: Array
+    own: list[Array]
+    active: Mapping[str, list[tuple[protocols.Effect, Array]]]
+
+
 @dataclass(frozen=True, slots=True)
 class _Chain:
     """The base between its effects; every method takes a batch."""
@@ -229,21 +251,19 @@ class _Chain:
 
     def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
         """Simulate points together that share the effects which change the drive itself."""
-        parts = self._split(theta)
-        shared = [
-            p
-            for p, e in zip(parts[1:], self.effects, strict=True)
-            if e.slot == "input" or (e.name in self.moving and not np.all(p == np.array(e.neutral)))
-        ]
+        batch = self._batch(theta)
+        active = batch.active.get("output", [])
+        shared = [p for p, e in zip(batch.own, self.effects, strict=True) if e.slot == "input"]
+        shared += [p for module, p in active if module.SPEC.name in self.moving]
         if not shared:
-            return self._recorded(self._closed(drive, parts, dt), drive, parts, dt)
+            return self._recorded(self._closed(drive, batch, dt), drive, batch, dt)
         _, group = np.unique(np.hstack(shared), axis=0, return_inverse=True)
         output = np.empty((len(theta), drive.shape[1]))
         for number in range(group.max() + 1):
             members = np.flatnonzero(group == number)
-            own = [p[members] for p in parts]
+            own = self._batch(theta[members])
             output[members] = self._closed(self._changed(drive, own, dt), own, dt)
-        return self._recorded(output, drive, parts, dt)
+        return self._recorded(output, drive, batch, dt)
 
     def derived(self, theta: Array) -> Array:
         """Return the base's derived quantities."""
@@ -253,44 +273,41 @@ class _Chain:
         """Return the base's start values."""
         return self.base.start_values(drive[: len(self.base.spec.inputs)], output, dt)
 
-    def _split(self, theta: Array) -> list[Array]:
+    def _batch(self, theta: Array) -> _Points:
         sizes = [len(self.base.spec.params), *(len(e.params) for e in self.effects)]
         # kernels are compiled for contiguous arrays
-        return [np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1)]
+        base, *own = (np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1))
+        active: dict[str, list[tuple[protocols.Effect, Array]]] = {}
+        for module, effect, p in zip(self.modules, self.effects, own, strict=True):
+            if not np.all(p == np.array(effect.neutral)):
+                active.setdefault(effect.slot, []).append((module, p))
+        return _Points(theta, base, own, active)
 
-    def _active(self, slot: str, parts: list[Array]) -> list[tuple[protocols.Effect, Array]]:
-        """Return the effects of a slot that some point of the batch does not hold at neutral."""
-        return [
-            (m, p)
-            for m, e, p in zip(self.modules, self.effects, parts[1:], strict=True)
-            if e.slot == slot and not np.all(p == np.array(e.neutral))
-        ]
-
-    def _changed(self, drive: Array, parts: list[Array], dt: float) -> Array:
+    def _changed(self, drive: Array, batch: _Points, dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
-        for module, theta in self._active("input", parts):
+        for module, theta in batch.active.get("input", ()):
             channels |= cast(protocols.ChangesInput, module).transform(channels, theta[0], dt)
-        for module, theta in self._active("output", parts):
+        for module, theta in batch.active.get("output", ()):
             if module.SPEC.name in self.moving:
                 channels |= cast(protocols.MovesDrive, module).moved(channels, theta[0], dt)
         return np.stack([channels[n] for n in self.spec.inputs])
 
-    def _closed(self, drive: Array, parts: list[Array], dt: float) -> Array:
+    def _closed(self, drive: Array, batch: _Points, dt: float) -> Array:
         """Close the loops around the base, the last one innermost; within a loop every point has its own drive."""
-        loops = self._active("loop", parts)
+        loops = batch.active.get("loop", [])
         if not loops:
-            return self._after_input(drive, parts, dt)
-        output = np.empty((len(parts[0]), drive.shape[1]))
+            return self._after_input(drive, batch, dt)
+        output = np.empty((len(batch.theta), drive.shape[1]))
         for point in range(len(output)):
-            own = [p[point : point + 1] for p in parts]
+            own = self._batch(batch.theta[point : point + 1])
             output[point] = self._around(loops, point, drive, own, dt)
         return output
 
     def _around(
-        self, loops: list[tuple[protocols.Effect, Array]], point: int, drive: Array, parts: list[Array], dt: float
+        self, loops: list[tuple[protocols.Effect, Array]], point: int, drive: Array, batch: _Points, dt: float
     ) -> Array:
         if not loops:
-            alone: Array = self._after_input(drive, parts, dt)[0]
+            alone: Array = self._after_input(drive, batch, dt)[0]
             return alone
         (module, theta), *inner = loops
         row = self.spec.inputs.index(module.SPEC.inputs[0])
@@ -298,17 +315,17 @@ class _Chain:
         def simulate(channel: Array) -> Array:
             changed = drive.copy()
             changed[row] = channel
-            return self._around(inner, point, changed, parts, dt)
+            return self._around(inner, point, changed, batch, dt)
 
         return cast(protocols.ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
 
-    def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
+    def _after_input(self, drive: Array, batch: _Points, dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
-        output = self._made(drive, parts, dt)
-        for module, theta in self._active("output", parts):
+        output = self._made(drive, batch, dt)
+        for module, theta in batch.active.get("output", ()):
             if module.SPEC.name in self.moving and cast(protocols.MovesDrive, module).needs_middles(theta[0]):
                 # at uneven times ``dt`` are the steps, see ``uneven``
-                middles = self._made(middles_of(drive), parts, cast(float, apart(dt)))
+                middles = self._made(middles_of(drive), batch, cast(float, apart(dt)))
                 whole = between(output, middles)
                 shaped = cast(protocols.ShapesOutput, module).shape(whole, {}, theta, cast(float, halved(dt)))
                 output = np.ascontiguousarray(shaped[:, ::2])
@@ -316,25 +333,25 @@ class _Chain:
                 output = cast(protocols.ShapesOutput, module).shape(output, channels, theta, dt)
         return output
 
-    def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
+    def _made(self, drive: Array, batch: _Points, dt: float) -> Array:
         """Return the output of the base and the added terms."""
         channels = dict(zip(self.spec.inputs, drive, strict=True))
-        output = self._of_base(drive, channels, parts, dt)
-        for module, theta in self._active("add", parts):
+        output = self._of_base(drive, channels, batch, dt)
+        for module, theta in batch.active.get("add", ()):
             output = output + cast(protocols.AddsTerm, module).term(channels, theta, dt)
         return output
 
-    def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
+    def _recorded(self, output: Array, drive: Array, batch: _Points, dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
-        for module, theta in (*self._active("input", parts), *self._active("record", parts)):
+        for module, theta in (*batch.active.get("input", ()), *batch.active.get("record", ())):
             if module.SPEC.name in self.erring:
                 output = output + cast(protocols.ErrsInRecord, module).error(channels, theta, dt)
         return output
 
-    def _of_base(self, drive: Array, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
+    def _of_base(self, drive: Array, channels: dict[str, Array], batch: _Points, dt: float) -> Array:
         """Return the base's output under its scaled parameters; where these vary, of a few points at a time."""
         inputs = np.ascontiguousarray(drive[: len(self.base.spec.inputs)])
-        theta, factors = parts[0], self._factors(channels, parts, dt)
+        theta, factors = batch.base, self._factors(channels, batch, dt)
         if all(factor.shape[1] == 1 for _, factor in factors):
             theta = theta.copy() if factors else theta
             for column, factor in factors:
@@ -350,12 +367,12 @@ class _Chain:
 
         return by_rows(simulate, drive.shape[1], len(theta))
 
-    def _factors(self, channels: dict[str, Array], parts: list[Array], dt: float) -> list[tuple[int, Array]]:
+    def _factors(self, channels: dict[str, Array], batch: _Points, dt: float) -> list[tuple[int, Array]]:
         """Return the factors on the base's parameters, (P, 1) or (P, N) by column, in the order of the effects."""
         params = self.base.spec.params
         return [
             (column, factor)
-            for module, own in self._active("theta", parts)
+            for module, own in batch.active.get("theta", ())
             for role, factor in cast(protocols.ScalesParameters, module).factors(channels, own, dt).items()
             for column, param in enumerate(params)
             if param.role == role
