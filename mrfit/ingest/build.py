@@ -15,6 +15,7 @@ from mrfit.ingest import series
 from mrfit.ingest.decimate import decimated
 from mrfit.ingest.low_pass import low_passed
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.chosen import mapped_places
 from mrfit.ingest.meaning.coil import with_coil
 from mrfit.ingest.meaning.conditions import conditions_of, wording
 from mrfit.ingest.meaning.factors import with_factors
@@ -142,8 +143,8 @@ def _oldest_first(table: Table) -> Table:
 
 def _named(table: Table, origin: LogOrigin) -> tuple[list[Signal], list[Finding]]:
     """Return the signals of all columns but those that number the rows, and what is said of them."""
-    mapped = origin.rules.mapped({c.index: c.name for c in table.columns})
-    counts = [c for c in table.columns if c.index not in mapped and numbers_rows(c)]
+    named = mapped_places(origin.rules, table.columns)
+    counts = [c for c in table.columns if c.index not in named and numbers_rows(c)]
     if len(counts) == len(table.columns):
         counts = []
     others = tuple(c for c in table.columns if all(c is not other for other in counts))

@@ -386,9 +386,11 @@ def _times_longer(module: Reader, part: Source, tables: list[Table]) -> float:
 
 
 def _recordings(tables: Sequence[Table], item: LogItem) -> list[Recording]:
-    origin = LogOrigin(item.source, item.sha256, item.reader, item.rules)
     kept, left = _without_summaries(tables)
-    made = [recording for table in kept for recording in build(table, origin)]
+    made = []
+    for number, table in enumerate(kept):
+        rules = item.rules.of_test(number, len(kept))
+        made += build(table, LogOrigin(item.source, item.sha256, item.reader, rules))
     return [replace(r, findings=(*r.findings, *left)) for r in made]
 
 

@@ -124,6 +124,11 @@ def chunks(*columns: Values) -> Iterator[tuple[Values, ...]]:
     return (values for _, values in _numbered(*columns))
 
 
+def equal(one: Values, two: Values) -> bool:
+    """Whether two columns of one length hold the same numbers, and gaps in the same places."""
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in chunks(one, two))
+
+
 def steps(values: Values) -> Iterator[tuple[int, Values]]:
     """Yield (k, differences) chunk by chunk; the first difference is value k+1 less value k."""
     for begin, end in spans(len(values) - 1):

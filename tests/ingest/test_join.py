@@ -36,6 +36,16 @@ def test_two_files_are_one_record_column_beside_column(tmp_path: Path) -> None:
     assert "joined uval.mat, yval.mat" in recording.history
 
 
+def test_tests_side_by_side_in_a_part_are_not_taken_apart(tmp_path: Path) -> None:
+    rows = [(0.002 * k, k % 7, 0.004 * k, k % 5) for k in range(40)]
+    tests = "".join(f"{a:.3f},{b},{b},{c:.3f},{d},{d}\n" for a, b, c, d in rows)
+    (tmp_path / "a_1.csv").write_text("Time (s),Stroke (mm),Force (N),Time (s),Stroke (mm),Force (N)\n" + tests)
+    (tmp_path / "b_1.csv").write_text("Time (s),Current (A)\n" + "".join(f"{a:.3f},1\n" for a, *_ in rows))
+    (tmp_path / "mrfit.toml").write_text('[[files]]\nmatch = "*_1.csv"\njoin = "x"\n')
+    with pytest.raises(DataError, match="are times that differ"):
+        read([tmp_path], Settings(jobs=1))
+
+
 def test_parts_of_other_lengths_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="the files joined as 'val' have 40, 39 rows"):
         read([written(tmp_path, 39)], Settings(jobs=1))

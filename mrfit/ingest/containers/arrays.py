@@ -18,7 +18,8 @@ from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.rates import StatedNumber, kind_of, may_tell, stated_rate
 from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs, split_in_tests
 from mrfit.ingest.containers.shelf import Shelf
-from mrfit.ingest.meaning.channel_map import Rules, columns_meant
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.chosen import columns_meant
 from mrfit.ingest.meaning.naming import OF_CONTAINERS
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
@@ -316,10 +317,6 @@ def _called(name: str, arrays: Arrays) -> str:
     return arrays.labels.get(name) or name.rpartition(".")[2]
 
 
-def _equal(one: Array, two: Array) -> bool:
-    return all(np.array_equal(a, b, equal_nan=True) for a, b in series.chunks(one, two))
-
-
 def _table(names: list[str], times: list[str], arrays: Arrays, order: Mapping[str, int]) -> Table:
     columns = {n: _column(n, arrays, order[n]) for n in names}
     dt, unclear = (None, ()) if times else stated_rate(_told(names, arrays))
@@ -327,7 +324,7 @@ def _table(names: list[str], times: list[str], arrays: Arrays, order: Mapping[st
     time = columns[times[0]] if times else None
     if time is not None and time.unit is None:  # log.time_us
         time = replace(time, unit=name_and_unit(_called(times[0], arrays))[1])
-    copies = {n for n in times if _equal(arrays.signals[n], arrays.signals[times[0]])}
+    copies = {n for n in times if series.equal(arrays.signals[n], arrays.signals[times[0]])}
     return Table(
         tuple(columns[n] for n in names if n not in copies),
         series.counted(rows, series.in_memory(arrays.signals[names[0]])),

@@ -3,7 +3,7 @@
 import fnmatch
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -140,22 +140,16 @@ class Rules:
         clock: list[str | int] = [self.time.column] if self.time else []
         return (*clock, *(one for rule in self.channels.values() for one in rule.columns))
 
+    def of_test(self, number: int, tests: int) -> "Rules":
+        """Return the rules of one of the tests of a log: of a list of conditions as long, its own value."""
+        if tests == 1:
+            return self
+        lists = {key: v[number] for key, v in self.condition.items() if isinstance(v, list) and len(v) == tests}
+        return replace(self, condition={**self.condition, **lists})
+
     def leaves_out(self, name: str) -> bool:
         """Return whether a column that is written so is left out, so that it is no clock."""
         return name.strip() in map(str.strip, self.ignore)
-
-    def mapped(self, names: Mapping[int, str], settled: bool = False) -> set[int]:
-        """Return the places of the columns of which channels are made, or of those whose unit or scale the map gives.
-
-        Parameters
-        ----------
-        names
-            Those of the columns by place.
-        settled
-            Whether only columns are meant whose unit or scale is given.
-        """
-        rules = [r for r in self.channels.values() if not settled or r.unit is not None or r.scale != 1.0]
-        return {place for r in rules for one in r.columns for place in columns_meant(one, names)}
 
 
 def load_map(path: Path) -> MapFile:
@@ -223,23 +217,6 @@ def _check(path: Path, part: MapSection) -> None:
             raise ConfigError(f"{path}: unknown channel '{name}'; did you mean '{near[0]}'?")
         if name == "time":
             raise ConfigError(f"{path}: time is no channel; write time = … at the top of the map")
-
-
-def columns_meant(wanted: str | int, names: Mapping[int, str]) -> list[int]:
-    """Return the places of the columns that a map means, by place, by name or else by a name of any case.
-
-    Parameters
-    ----------
-    wanted
-        As the map has it.
-    names
-        Names by places from 0.
-    """
-    if isinstance(wanted, int):
-        return [place for place in names if place == wanted]
-    called = {place: name.strip() for place, name in names.items()}
-    same = [place for place, name in called.items() if name == wanted.strip()]
-    return same or [place for place, name in called.items() if name.lower() == wanted.strip().lower()]
 
 
 def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.core.channels import CHANNELS, EXCITATIONS, unit_of
+from mrfit.core.counting import number_of
 from mrfit.core.recording import NAMING, Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -168,7 +169,7 @@ def _from_map(record: Recording, number: int, runs: int, rules: Rules) -> dict[s
         else:
             raise Refusal(
                 record.source,
-                f"the file holds {runs} runs but condition.{key} lists {len(value)} values",
+                f"the file holds {number_of('run', runs)} but condition.{key} lists {number_of('value', len(value))}",
                 f"give one for each run in {rules.where}",
             )
     return chosen

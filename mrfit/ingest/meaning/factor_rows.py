@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass, replace
 
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.chosen import mapped_places
 from mrfit.ingest.meaning.factors import FACTOR_NUMBER, POWER_OF_TEN, multiplied, value_of
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Source, Table
@@ -42,7 +43,7 @@ class FactorRow:
 
     def applied(self, table: Table, rules: Rules) -> Table:
         """Return a table multiplied by the factors, but for columns whose scale or unit a map gives."""
-        given = rules.mapped({c.index: c.name for c in table.columns}, settled=True)
+        given = mapped_places(rules, table.columns, settled=True)
         columns = [c if c.index in given else multiplied(c, self.factors[c.index]) for c in table.columns]
         time = table.time
         if time is not None and rules.time is None:

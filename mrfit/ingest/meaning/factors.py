@@ -8,6 +8,7 @@ from mrfit.core.recording import Finding
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.chosen import mapped_places
 from mrfit.ingest.table import Column
 from mrfit.ingest.text.layout import aliases_of, name_and_unit
 
@@ -35,8 +36,7 @@ def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column],
     A division in a name can mean either way, and a factor may leave no unit: such a column gets a unit that nothing
     knows, so that it is no channel until a map says what it holds. A column whose unit or scale a map gives stays.
     """
-    names = {c.index: c.name for c in columns}
-    given, asked = rules.mapped(names, settled=True), rules.mapped(names)
+    given, asked = mapped_places(rules, columns, settled=True), mapped_places(rules, columns)
     made, said = [], []
     for column in columns:
         if column.index in given:

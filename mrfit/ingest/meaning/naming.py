@@ -12,7 +12,8 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import ChannelRule, Rules, columns_meant
+from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
+from mrfit.ingest.meaning.chosen import ignored_places, mapped_places, places_meant
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
 from mrfit.ingest.text.layout import aliases_of, name_and_unit, unit_words, words_of
@@ -120,8 +121,8 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     ConfigError
         If the map makes two channels of one column.
     """
-    ignored = {id(c) for one in rules.ignore for c in _meant(columns, one)}
-    there = [c for c in columns if id(c) not in ignored]
+    left_out = ignored_places(rules, columns)
+    there = [c for c in columns if c.index not in left_out]
     signals: list[Signal] = []
     mapped: dict[int, str] = {}
     findings: list[Finding] = []
@@ -237,22 +238,13 @@ def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -
 def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
     """Return the column a map means: by header name, whatever its case, by name and unit, or by place from 0."""
     cells = wanted if isinstance(wanted, list) else [wanted]
-    meant = {id(c) for one in cells for c in _meant(columns, one)}
-    found = [c for c in columns if id(c) in meant]
+    places = {place for one in cells for place in places_meant(one, columns)}
+    found = [c for c in columns if c.index in places]
     if len(found) == 1:
         return found[0]
     there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)
     what = f"no column {wanted!r}" if not found else f"{len(found)} columns named {wanted!r}"
     raise Refusal(path, f"{what} as the channel map asks (there are {there})", f"correct the column in {where}")
-
-
-def _meant(columns: Sequence[Column], wanted: str | int) -> list[Column]:
-    """Return the columns that a map names: by place or name, or by a cell of the header, which a reader has split."""
-    if isinstance(wanted, int):
-        return [c for c in columns if c.index == wanted]
-    places = columns_meant(wanted, {k: c.name for k, c in enumerate(columns)})
-    split = name_and_unit(wanted)
-    return [columns[k] for k in places] or [c for c in columns if c.unit and (c.name, c.unit) == split]
 
 
 def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
@@ -494,10 +486,10 @@ def _own_name(column: Column, taken: set[str]) -> str:
 
 def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) -> None:
     """Refuse a column whose name says one quantity and whose unit another; a transducer's signal in V or mA passes."""
-    mapped = rules.mapped({c.index: c.name for c in columns})
+    named = mapped_places(rules, columns)
     for column in columns:
         words = aliases_of(column.name) if len(column.name.strip()) > 1 else []
-        if not words or column.unit is None or column.index in mapped:
+        if not words or column.unit is None or column.index in named:
             continue
         if not units.known(column.unit) or units.compatible(column.unit, "V") or units.compatible(column.unit, "1"):
             continue

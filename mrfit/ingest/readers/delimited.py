@@ -14,6 +14,7 @@ from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.containers.rates import kind_of
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME
+from mrfit.ingest.meaning.chosen import clocks_meant
 from mrfit.ingest.meaning.factor_rows import factor_row
 from mrfit.ingest.meaning.naming import leaf_names
 from mrfit.ingest.meaning.stated_factors import with_stated_factors
@@ -33,7 +34,6 @@ from mrfit.ingest.text.layout import (
     TIME_NAMES,
     Header,
     TextGrid,
-    clocks_meant,
     find_grid,
     find_header,
     name_and_unit,
@@ -110,11 +110,13 @@ def read(source: Source) -> list[Table]:
     written = tuple(one_unit(unit, united.get(k), alike=True) for k, unit in enumerate(header.units))
     header = replace(header, units=written)
     named = (*source.rules.columns, *source.rules.ignore)
-    header = header if named else without_runs(header)
-    beside = () if factors else tests_beside(header, named)
+    header = without_runs(header, named)
+    beside = () if factors or source.rules.join else tests_beside(header, named)
     if beside and source.block:
         what = f"{len(beside)} tests stand side by side in a log that is read block by block"
-        raise Refusal(head.path, what, "write each into a log of its own, or name its columns in a channel map")
+        raise Refusal(
+            head.path, what, "write each into a log of its own, or name one's columns by place in a channel map"
+        )
     if beside:
         text = f"{len(beside)} tests stand side by side, each with times of its own: each is a recording"
         said.append(Finding("side-by-side", "", None, text))
@@ -228,6 +230,11 @@ def read_grid(
     if form:
         table, kinds = sorted_out(table, form, body.texts, source), ["number"] * grid.width
     sparse, rate = _sparse(rows, header, kinds)
+    if time is not None:
+        name = header.names[time].strip().lower()
+        twins = [k for k in stamps if k != time and header.names[k].strip().lower() == name]
+        text = "'{}' (column {}) holds times, too: those of column {} are taken for all channels"
+        sparse += [Finding("two-clocks", "", None, text.format(header.names[k], k, time)) for k in twins]
     if received:
         shown = ", ".join(f"'{header.names[k]}'" for k in received)
         text = f"{shown} goes by the computer's clock: the device's own times, '{header.names[time or 0]}', are taken"

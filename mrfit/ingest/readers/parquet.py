@@ -19,10 +19,11 @@ from mrfit.ingest.containers.labels import LONGEST_LABEL
 from mrfit.ingest.containers.rates import StatedNumber, stated_rate, texts_in, told_in
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.chosen import clocks_meant
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, clocks_meant, is_called_time, name_and_units
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, is_called_time, name_and_units
 from mrfit.ingest.text.long_format import MOST_CHANNELS, LongFormat, long_format, sorted_out
 from mrfit.ingest.time.clocks import is_clock, is_stamp
 from mrfit.ingest.time.epoch import counted_since
@@ -148,8 +149,8 @@ def _parts(source: Source, size: int) -> Iterator[tuple[list[Column], int, dict[
 
     with _opened(source) as (file, names):
         rows = max(1, size // (8 * max(1, len(names))))
-        # a name may stand twice, and the second be a column of texts
-        places = [k for k, f in enumerate(file.schema_arrow) if f.name in names]
+        # a name may stand twice, and the second be a column of texts; pyarrow gives columns of one name together
+        places = [k for name in names for k, f in enumerate(file.schema_arrow) if f.name == name]
         form = _long_form(file.schema_arrow)
         used = form.texts if form else ()
         others = [f"'{f.name}'" for k, f in enumerate(file.schema_arrow) if f.name not in names and k not in used]
@@ -277,7 +278,7 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
         else:
             values = _floats(column)
         columns.append(Column(name, unit, values, place))
-    return columns, table.num_rows, about
+    return sorted(columns, key=lambda c: c.index), table.num_rows, about
 
 
 def _tells_time(name: str, unit: str | None) -> bool:

@@ -17,10 +17,11 @@ from mrfit.ingest.containers.runs import conditions_in, history_of, only_logs
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.chosen import clocks_meant
 from mrfit.ingest.refusal import Refusal, TransientRefusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import clocks_meant, is_called_time, name_and_units
+from mrfit.ingest.text.layout import is_called_time, name_and_units
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
 UNSET_INCREMENT = 1.0
@@ -58,8 +59,9 @@ def read(source: Source) -> list[Table]:
             late = (channel.began - min(begins)) / np.timedelta64(1, "s") if channel.began is not None else 0.0
             clock = (len(channel.column.values), channel.increment, channel.offset + float(late))
             by_clock.setdefault(clock, []).append(channel)
+        others = _later_times(own, group)
         made = [
-            _table(members, own or ([] if clock[1] > 0.0 else alone), group, *clock)
+            _table(members, own or ([] if clock[1] > 0.0 else alone), others, group, *clock)
             for clock, members in by_clock.items()
             if clock[0] > 1
         ]
@@ -179,16 +181,30 @@ def _is_time(channel: _TdmsChannel, rules: Rules) -> bool:
     return channel.stamped or named and series.rises(values)
 
 
+def _later_times(times: Sequence[Column], group: _TdmsGroup) -> list[Column]:
+    """Return the times of a group beside the first of as many rows, which may be those of some channels, no copies."""
+    if len(times) == len(group.channels):
+        return []
+    first = {len(t.values): t for t in reversed(times)}
+    return [t for t in times if not series.equal(t.values, first[len(t.values)].values)]
+
+
 def _table(
-    channels: list[_TdmsChannel], times: list[Column], group: _TdmsGroup, rows: int, increment: float, offset: float
+    channels: list[_TdmsChannel],
+    times: list[Column],
+    others: list[Column],
+    group: _TdmsGroup,
+    rows: int,
+    increment: float,
+    offset: float,
 ) -> Table:
-    """Return the table of channels, with the first times of as many rows beside the increment.
+    """Return the table of channels, with the first times of as many rows beside the increment, and other times.
 
     A rate among the properties holds where the waveform has no increment, or the one that was not set.
     """
     columns = tuple(c.column for c in channels)
     table = Table(
-        columns,
+        tuple(sorted((*columns, *(t for t in others if len(t.values) == rows)), key=lambda c: c.index)),
         series.counted(rows, series.in_memory(columns[0].values)),
         time=next((t for t in times if len(t.values) == rows), None),
         dt=increment if increment > 0.0 else None,

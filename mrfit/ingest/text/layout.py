@@ -2,12 +2,10 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from mrfit.core.channels import CHANNELS
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import columns_meant
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.text.body import EMPTY_FIELDS, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
 from mrfit.ingest.text.head import Head
@@ -570,12 +568,6 @@ def is_called_time(name: str, unit: str | None) -> bool:
     name, unit = name.strip(), unit or "s"
     of_time = len(name) > 1 or units.compatible(unit, "s") or not units.known(unit)
     return name.lower() in TIME_NAMES and of_time
-
-
-def clocks_meant(wanted: str | int, names: Mapping[int, str]) -> list[int]:
-    """Return the places of the column that a map calls the time, by its name or by its cell of the header."""
-    cells = [wanted, *([name_and_unit(wanted)[0]] if isinstance(wanted, str) else [])]
-    return next(filter(None, (columns_meant(cell, names) for cell in cells)), [])
 
 
 def _belongs(name: str, unit: str) -> bool:

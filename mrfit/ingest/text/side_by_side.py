@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.chosen import clocks_meant
 from mrfit.ingest.table import Table
-from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header, clocks_meant
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, Header
 
 COPY_MARK = re.compile(r"[._ ]\d+$")
 """What pandas and spreadsheets put behind a name that stood there already."""
@@ -21,8 +22,13 @@ EVEN_AXIS = 0.1
 """Relative range of the steps of an axis."""
 
 
-def without_runs(header: Header) -> Header:
-    """Return a header without the runs that stand before every name, unless these alone tell columns apart."""
+def without_runs(header: Header, named: Sequence[str | int] = ()) -> Header:
+    """Return a header without the runs that stand before every name, unless these alone tell columns apart.
+
+    What a map names by place, or with the run, stays as it is.
+    """
+    if any(isinstance(one, int) or clocks_meant(one, dict(enumerate(header.names))) for one in named):
+        return header
     runs = [RUN_BEFORE.match(name) for name in header.names]
     cut = [name[m.end() :] for name, m in zip(header.names, runs, strict=True) if m]
     if not all(cut) or len(cut) < len(runs):
@@ -34,8 +40,8 @@ def without_runs(header: Header) -> Header:
 def tests_beside(header: Header, named: Sequence[str | int] = ()) -> list[range]:
     """Return the columns of each test; none where the columns are of one test.
 
-    Columns without a name, which part the tests, belong to none. A map that names columns by place, or as one test
-    alone has them, tells the tests apart itself.
+    Columns without a name, which part the tests, belong to none. A map that names columns by place, or by names that
+    not all tests have, tells the tests apart itself.
     """
     called = [COPY_MARK.sub("", name.strip().lower()) for name in header.names]
     begins = [k for k, name in enumerate(called) if name in TIME_NAMES | DATE_NAMES and name == called[0]]
@@ -48,7 +54,7 @@ def tests_beside(header: Header, named: Sequence[str | int] = ()) -> list[range]
     same = all([called[k] for k in g] == first for g in groups)
     plain = all(header.names[k].strip().lower() == called[k] for k in groups[0])
     meant = [clocks_meant(one, dict(enumerate(header.names))) for one in named if isinstance(one, str)]
-    apart = len(meant) < len(named) or any(places and places[0] not in groups[0] for places in meant)
+    apart = len(meant) < len(named) or any(places and len(places) < len(groups) for places in meant)
     return groups if same and plain and len(first) > 2 and not apart else []
 
 

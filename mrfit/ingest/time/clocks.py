@@ -10,10 +10,13 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules, columns_meant
+from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.chosen import clocks_meant, ignored_places, mapped_places
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, RejectedRow, Table
-from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, clocks_meant, words_of
+from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
+from mrfit.ingest.text.side_by_side import COPY_MARK
+from mrfit.ingest.time.counter import is_counter
 from mrfit.ingest.time.epoch import counts_since
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
@@ -38,29 +41,43 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     """
     if table.time is None:
         return table
-    names = {c.index: c.name for c in (*table.columns, table.time)}
-    mapped = rules.mapped(names).union(*(columns_meant(one, names) for one in rules.ignore))
-    free = [c for c in table.columns if c.index not in mapped]
-    clocks, rule = [c for c in free if is_clock(c)], rules.time
+    left_out, mapped = ignored_places(rules, table.columns), mapped_places(rules, table.columns)
+    meant = _meant(table.time, table.columns, rules)
+    clocks = [c for c in table.columns if c.index not in left_out | mapped]
+    clocks = [c for c in clocks if is_clock(c) or (c.index in meant and _rises(c))]
+    channels = [c for c in table.columns if c not in clocks and c.index not in left_out]
     remedy = f"write time = COLUMN in a channel map ({FILE_NAME} or --map)"
-    if rule is not None:
-        meant = clocks_meant(rule.column, names)
-        if len(meant) < 2:
-            return _with_clock_of_map(table, table.time, clocks)
-        clocks = [c for c in free if c.index in meant and _rises(c)]
+    if len(meant) > 1:
         remedy = f"write time = {table.time.index} or another place from 0 in {rules.where}"
-    unit = rule.unit if rule else None
-    every = [replace(c, unit=unit or c.unit) for c in sorted([table.time, *clocks], key=lambda c: c.index)]
-    owned = _owned([c for c in table.columns if c not in clocks], every)
+    every = sorted([table.time, *clocks], key=lambda c: c.index)
+    if rules.time is not None and rules.time.unit is not None and _is_of_time(rules.time.unit):
+        if len({c.unit for c in every if c.index in meant} - {None}) > 1:
+            raise Refusal(path, f"the columns {rules.time.column!r} have different units, and a map gives one", remedy)
+        every = [replace(c, unit=rules.time.unit) if c.index in meant else c for c in every]
     first = next(c for c in every if c.index == table.time.index)
+    owned = _owned(channels, every)
     others = [c for c in every if c is not first and _differs(first, c, owned is not None)]
     if not others:
         return table
     shown = " and ".join(f"'{c.name}' (column {c.index})" for c in [first, *others])
+    if len(meant) == 1:
+        text = f"{shown} are times that differ: the channel map takes column {first.index} for all channels"
+        return table if owned is None else table.finding("two-clocks", text)
     if owned is None:
         raise Refusal(path, f"{shown} are times that differ, and which holds cannot be told", remedy)
     if not series.in_memory(table.time.values):
-        raise Refusal(path, f"{shown} are times that differ, in a log read block by block", "cut it into shorter logs")
+        what = f"{shown} are times that differ, in a log read block by block"
+        raise Refusal(path, what, f"cut it into shorter logs, or {remedy}")
+    return _on_the_quickest(table, every, owned, shown, remedy, path)
+
+
+def _on_the_quickest(
+    table: Table, every: Sequence[Column], owned: Sequence[Sequence[Column]], shown: str, remedy: str, path: str
+) -> Table:
+    """Return a table whose channels, each of its own clock, are at the times of the quickest of them.
+
+    ``shown`` and ``remedy`` name the clocks that differ and what to do in a refusal.
+    """
     own = [(_seconds(clock), channels) for clock, channels in zip(every, owned, strict=True)]
     quickest = min(range(len(own)), key=lambda k: _step(own[k][0]))
     grid = own[quickest][0]
@@ -70,17 +87,19 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
         raise Refusal(path, f"{shown} are times that differ, and have no stretch in common", remedy)
     apart = [RejectedRow("no time of every clock", int(n)) for n in table.lines[~within]]
     columns = []
-    for k, (times, channels) in enumerate(own):
-        for c in channels:
-            columns.append(replace(c, values=(c.values if k == quickest else _at(grid, times, c, path))[within]))
+    for k, (times, of_clock) in enumerate(own):
+        for c in of_clock:
+            if k != quickest and not _rise_throughout(times, c):
+                what = f"the times of '{c.name}' differ from the others, and do not rise throughout"
+                raise Refusal(path, what, f"export it as a log of its own, or {remedy}")
+            columns.append(replace(c, values=(c.values if k == quickest else _at(grid, times, c))[within]))
     owners = "; ".join(
-        f"column {clock.index} is that of {' and '.join(repr(c.name) for c in channels)}"
-        for clock, channels in zip(every, owned, strict=True)
+        f"column {clock.index} is that of {' and '.join(repr(c.name) for c in of_clock)}"
+        for clock, of_clock in zip(every, owned, strict=True)
     )
     text = f"{shown} are times that differ: {owners}; all are brought on column "
     text += f"{every[quickest].index} by linear interpolation"
-    scale = units.to_unit(unit, "s").scale if unit else 1.0
-    time = Column(every[quickest].name, "s", grid[within] / scale, every[quickest].index)
+    time = replace(every[quickest], values=every[quickest].values[within], digits=None)
     return replace(
         table,
         columns=tuple(sorted(columns, key=lambda c: c.index)),
@@ -93,14 +112,14 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     )
 
 
-def _with_clock_of_map(table: Table, time: Column, clocks: Sequence[Column]) -> Table:
-    """Return a table, and that other clocks differ from the one that the map names for all channels."""
-    others = [c for c in clocks if _differs(time, c, True)]
-    if not others:
-        return table
-    shown = " and ".join(f"'{c.name}' (column {c.index})" for c in others)
-    text = f"{shown} tells other times than '{time.name}' (column {time.index}), which the channel map takes for all"
-    return table.finding("two-clocks", text)
+def _meant(time: Column, columns: Sequence[Column], rules: Rules) -> list[int]:
+    """Return the places of the columns that a map calls the time; none without a map of the time."""
+    names = {c.index: c.name for c in (time, *columns)}
+    return clocks_meant(rules.time.column, names) if rules.time is not None else []
+
+
+def _is_of_time(unit: str) -> bool:
+    return units.known(unit) and units.compatible(unit, "s")
 
 
 def is_clock(column: Column) -> bool:
@@ -122,7 +141,8 @@ def is_stamp(name: str, values: Array) -> bool:
 def is_called_clock(name: str, unit: str | None) -> bool:
     """Whether a column is named or measured as a time."""
     if unit is not None:
-        return units.known(unit) and units.compatible(unit, "s")
+        return _is_of_time(unit)
+    name = COPY_MARK.sub("", name.strip())
     called = name.rpartition(".")[2].strip().lower() or name.lower()
     word = re.sub(r"\d+$", "", re.split(r"[\s_.]+", called)[0])
     return bool({word, re.sub(r"[\s_.]*\d+$", "", called)} & TIME_NAMES)
@@ -136,6 +156,9 @@ def _owned(channels: Sequence[Column], clocks: Sequence[Column]) -> list[list[Co
     if (owned := _named_after(channels, clocks)) is not None:
         return owned
     edges = [*(c.index for c in clocks), np.inf]
+    before = [c for c in channels if c.index < edges[0]]
+    if before and all(map(is_counter, before)):
+        edges[0] = -1  # the rows are numbered before their first clock
     owned = [[c for c in channels if a < c.index < b] for a, b in zip(edges, edges[1:], strict=False)]
     return owned if all(owned) and sum(map(len, owned)) == len(channels) else None
 
@@ -165,8 +188,7 @@ def _is_called(name: str, word: str) -> bool:
 
 
 def _seconds(clock: Column) -> Array:
-    unit = clock.unit if clock.unit is not None and units.known(clock.unit) else "s"
-    scale = units.to_unit(unit, "s").scale if units.compatible(unit, "s") else 1.0
+    scale = units.to_unit(clock.unit, "s").scale if clock.unit is not None and _is_of_time(clock.unit) else 1.0
     return np.asarray(scale * clock.values[:], dtype=np.float64)
 
 
@@ -179,7 +201,7 @@ def _differs(one: Column, two: Column, paired: bool) -> bool:
     """Whether two clocks tell different times, or, where each may have channels of its own, times apart."""
     some = slice(0, series.SERIES_CHUNK)
     first, second = (_seconds(replace(c, values=c.values[some])) for c in (one, two))
-    if not (np.nanmax(np.diff(first)) > 0.0):
+    if not np.any(np.diff(first) > 0.0):
         return False
     step, ratio = _step(first), _step(second) / _step(first)
     if any(abs(r * u - 1.0) < OFF for u in OTHER_UNITS for r in (ratio, 1.0 / ratio)):
@@ -194,14 +216,16 @@ def _differs(one: Column, two: Column, paired: bool) -> bool:
     return spread > max(step, 1e-3 * step * len(first)) and not restarts
 
 
-def _at(grid: Array, times: Array, column: Column, path: str) -> Array:
+def _rise_throughout(times: Array, column: Column) -> bool:
+    kept = times[np.isfinite(times) & np.isfinite(column.values)]
+    return len(kept) > 1 and bool(np.all(np.diff(kept) > 0.0))
+
+
+def _at(grid: Array, times: Array, column: Column) -> Array:
     """Return a channel at other times; nan within its gaps."""
     kept = np.isfinite(times) & np.isfinite(column.values)
     times, values = times[kept], column.values[kept]
     steps = np.diff(times)
-    if len(times) < 2 or np.any(steps <= 0.0):
-        what = f"the times of '{column.name}' differ from the others, and do not rise throughout"
-        raise Refusal(path, what, "export it as a log of its own")
     wide = np.flatnonzero(steps > (FILL_AT_MOST + 1.5) * float(np.median(steps)))
     found = np.interp(grid, times, values)
     for k in wide:

@@ -9,9 +9,10 @@ from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.chosen import clocks_meant
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
-from mrfit.ingest.text.layout import clocks_meant, unit_words
+from mrfit.ingest.text.layout import unit_words
 
 SINCE_1970: Mapping[str, float] = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 """Units in which computers count time since 1970, per second."""

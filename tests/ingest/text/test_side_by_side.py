@@ -34,31 +34,49 @@ def test_tests_with_times_of_their_own(header: str, second: int, read_log: ReadL
     assert two.rows_refused == 0
 
 
-SIDE_BY_SIDE = "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n"
+SAME = "Time,Stroke,Force,Time,Stroke,Force\ns,mm,N,s,mm,N\n"
+COPIES = "Time,Stroke,Force,Time.1,Stroke.1,Force.1\ns,mm,N,s,mm,N\n"
+RUNS = "Run 1: Time (s),Run 1: Stroke (mm),Run 1: Force (N),Run 2: Time (s),Run 2: Stroke (mm),Run 2: Force (N)\n"
 
 
 @pytest.mark.parametrize(
-    "channel_map",
+    ("header", "channel_map"),
     [
-        "resistance = 2.0\n",
-        'time = "Time"\n',
-        'ignore = ["Stroke"]\n',
-        '[channels]\nforce = {column = ["Kraft", "Force"]}\n',
+        (COPIES, "resistance = 2.0\n"),
+        (SAME, 'time = "Time"\n'),
+        (SAME, 'ignore = ["Stroke"]\n'),
+        (SAME, '[channels]\nforce = {column = ["Kraft", "Force"]}\n'),
+        (RUNS, 'time = "Time"\n'),
+        (RUNS, 'ignore = ["Note"]\n'),
     ],
 )
-def test_a_map_that_means_every_test_leaves_them_apart(channel_map: str, read_log: ReadLog) -> None:
-    one, two = read_log(SIDE_BY_SIDE + _rows(), channel_map=channel_map)
+def test_a_map_that_means_every_test_leaves_them_apart(header: str, channel_map: str, read_log: ReadLog) -> None:
+    one, two = read_log(header + _rows(), channel_map=channel_map)
     assert (one.dt, two.dt) == (pytest.approx(2e-3), pytest.approx(4e-3))
     np.testing.assert_allclose(two.channels["force"], -FORCE)
 
 
-@pytest.mark.parametrize(("time", "force"), [("3", "5"), ('"Time.1"', '"Force.1"')])
-def test_a_map_that_names_the_columns_of_one_test_means_it(time: str, force: str, read_log: ReadLog) -> None:
-    (record,) = read_log(
-        SIDE_BY_SIDE + _rows(), channel_map=f"time = {time}\n[channels]\nforce = {{column = {force}}}\n"
-    )
-    assert record.dt == pytest.approx(4e-3)
-    np.testing.assert_allclose(record.channels["force"], -FORCE)
+@pytest.mark.parametrize(
+    ("header", "time", "force", "dt", "sign"),
+    [
+        (SAME, "3", "5", 4e-3, -1.0),
+        (COPIES, '"Time.1"', '"Force.1"', 4e-3, -1.0),
+        (COPIES, '"Time"', '"Force"', 2e-3, 1.0),
+    ],
+)
+def test_a_map_that_names_the_columns_of_one_test_means_it(
+    header: str, time: str, force: str, dt: float, sign: float, read_log: ReadLog
+) -> None:
+    text = f"time = {time}\n[channels]\nforce = {{column = {force}}}\n"
+    (record,) = read_log(header + _rows(), channel_map=text)
+    assert record.dt == pytest.approx(dt)
+    np.testing.assert_allclose(record.channels["force"], sign * FORCE)
+
+
+def test_each_has_its_own_value_of_a_condition(read_log: ReadLog) -> None:
+    one, two = read_log(SAME + _rows(), channel_map="[condition]\ncurrent = [0.5, 1.0]\ngap = 2.0\n")
+    assert (one.condition["current"], two.condition["current"]) == (0.5, 1.0)
+    assert one.condition["gap"] == two.condition["gap"] == 2.0
 
 
 @pytest.mark.parametrize(("before", "name"), [("Latest: ", "plunger"), ("Left: ", "left_plunger")])
