@@ -125,7 +125,7 @@ def chunks(*columns: Values) -> Iterator[tuple[Values, ...]]:
 
 
 def equal(one: Values, two: Values) -> bool:
-    """Whether two columns of one length hold the same numbers, and gaps in the same places."""
+    """Return whether two columns of one length hold the same numbers, with gaps in the same places."""
     return all(np.array_equal(a, b, equal_nan=True) for a, b in chunks(one, two))
 
 

@@ -218,7 +218,7 @@ def counts_from_the_beginning(effect: protocols.Effect) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Points:
-    """Points that are simulated together.
+    """Points of one simulation.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which columns a channel map means: by place, by name, or by a cell of the header that a reader has split."""
+"""Columns of a log as a channel map means them: by place, by name, or by a cell of the header."""
 
 from collections.abc import Iterable, Mapping
 

@@ -59,9 +59,8 @@ def read(source: Source) -> list[Table]:
             late = (channel.began - min(begins)) / np.timedelta64(1, "s") if channel.began is not None else 0.0
             clock = (len(channel.column.values), channel.increment, channel.offset + float(late))
             by_clock.setdefault(clock, []).append(channel)
-        others = _later_times(own, group)
         made = [
-            _table(members, own or ([] if clock[1] > 0.0 else alone), others, group, *clock)
+            _table(members, own or ([] if clock[1] > 0.0 else alone), group, *clock)
             for clock, members in by_clock.items()
             if clock[0] > 1
         ]
@@ -181,32 +180,22 @@ def _is_time(channel: _TdmsChannel, rules: Rules) -> bool:
     return channel.stamped or named and series.rises(values)
 
 
-def _later_times(times: Sequence[Column], group: _TdmsGroup) -> list[Column]:
-    """Return the times of a group beside the first of as many rows, which may be those of some channels, no copies."""
-    if len(times) == len(group.channels):
-        return []
-    first = {len(t.values): t for t in reversed(times)}
-    return [t for t in times if not series.equal(t.values, first[len(t.values)].values)]
-
-
 def _table(
-    channels: list[_TdmsChannel],
-    times: list[Column],
-    others: list[Column],
-    group: _TdmsGroup,
-    rows: int,
-    increment: float,
-    offset: float,
+    channels: list[_TdmsChannel], times: list[Column], group: _TdmsGroup, rows: int, increment: float, offset: float
 ) -> Table:
-    """Return the table of channels, with the first times of as many rows beside the increment, and other times.
+    """Return the table of channels, with the first times of as many rows beside the increment.
+
+    Other times of the group may be those of some channels; copies are not.
 
     A rate among the properties holds where the waveform has no increment, or the one that was not set.
     """
-    columns = tuple(c.column for c in channels)
+    fitting, within = [t for t in times if len(t.values) == rows], [c.column for c in group.channels]
+    others = [t for t in fitting[1:] if t in within and not series.equal(t.values, fitting[0].values)]
+    columns = tuple(sorted((*(c.column for c in channels), *others), key=lambda c: c.index))
     table = Table(
-        tuple(sorted((*columns, *(t for t in others if len(t.values) == rows)), key=lambda c: c.index)),
+        columns,
         series.counted(rows, series.in_memory(columns[0].values)),
-        time=next((t for t in times if len(t.values) == rows), None),
+        time=fitting[0] if fitting else None,
         dt=increment if increment > 0.0 else None,
         start=offset,
     )
