@@ -17,7 +17,7 @@ from mrfit.discover import hold_out, stage
 from mrfit.discover.base_dependence import usual_dependence
 from mrfit.discover.evidence import other_laws as laws
 from mrfit.discover.evidence.bench import build_bench
-from mrfit.discover.evidence.work import Effort
+from mrfit.discover.evidence.work import Effort, limits_of_base
 from mrfit.discover.hold_out import too_little
 from mrfit.discover.invariance.findings import LawErrors, LawFindings
 from mrfit.discover.policy import STANDARD, Policy
@@ -184,6 +184,11 @@ def slow(base: str, samples: int) -> Rule:
     return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)
 
 
+def many_starts(base: str, samples: int) -> Rule:
+    """Whether the first fit of a base of 15 free parameters has a limit."""
+    return lambda p: limits_of_base(assemble(base), samples, 15, p).budget is not None
+
+
 def after_work(spent: int, done: Callable[[Any], bool]) -> Rule:
     """Whether the stage does something in a discovery after so much work."""
     asked = DiscoveryRequest("boucwen", 0, "", "k")
@@ -339,6 +344,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "as_fast": (beside_one_current(1.4), beside_one_current(1.6)),
     # a law that is not stepped is no work
     "most_work": (slow("boucwen", 20_000), slow("tanh", 20_000)),
+    "most_base_work": (many_starts("spencer", 20_000), many_starts("spencer", 18_000)),
     "most_effort": (
         after_work(2_000_000, lambda job: job.decides_again()),
         after_work(2_000_001, lambda job: job.decides_again()),

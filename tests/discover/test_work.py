@@ -6,8 +6,10 @@ from typing import Any
 import pytest
 
 from mrfit.discover.evidence.other_laws import candidates, slow_laws
-from mrfit.discover.evidence.work import Effort, work_of
+from mrfit.discover.evidence.work import Effort, limits_of_base, work_of
 from mrfit.discover.policy import STANDARD
+from mrfit.search.limits import Limits
+from mrfit.settings.fit import PATIENCE
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
@@ -39,6 +41,26 @@ def test_the_work_of_a_fit_is_that_of_laws_that_are_stepped(
     model: str, orders: tuple[tuple[str, int], ...], numbers: float
 ) -> None:
     assert work_of(assemble(model, CurrentDependence(orders, 0.0, 2.0) if orders else None), 100) == 100 * numbers
+
+
+@pytest.mark.parametrize(
+    ("model", "orders", "limited"),
+    [
+        ("tanh", (), False),
+        ("boucwen", (("c", 1),), False),
+        ("boucwen", (("kappa", 1),), True),
+        ("dahl", (), True),
+        ("spencer", (), True),
+    ],
+)
+def test_the_first_fit_of_a_law_along_no_curve_has_a_limit_by_its_samples_and_the_same_patience(
+    model: str, orders: tuple[tuple[str, int], ...], limited: bool
+) -> None:
+    assembly = assemble(model, CurrentDependence(orders, 0.0, 2.0) if orders else None)
+    most = int(STANDARD.most_base_work / 50_000)
+    limits = limits_of_base(assembly, 50_000, 9, STANDARD)
+    assert limits == (Limits(most, stall=PATIENCE * 10_000 / most) if limited else Limits())
+    assert limits_of_base(assembly, 1_000, 9, STANDARD) == Limits()
 
 
 def test_laws_that_are_stepped_are_not_fitted_where_fits_of_all_would_be_too_much_work() -> None:

@@ -13,7 +13,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.evidence.bench import Bench
 from mrfit.discover.evidence.clusters import clustered, score
-from mrfit.discover.evidence.work import Effort
+from mrfit.discover.evidence.work import Effort, limits_of_base
 from mrfit.discover.policy import STANDARD
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
@@ -204,7 +204,10 @@ class Fitter:
         if () not in self.known:
             posed = self._posed(assembly, cube)
             starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
-            found = search.run(posed, starts, Limits(), np.random.default_rng(seed), THOROUGH)
+            limits = limits_of_base(assembly, self.bench.samples("train"), len(cube.free), STANDARD)
+            found = search.run(posed, starts, limits, np.random.default_rng(seed), THOROUGH)
+            if limits.budget is not None and any(link.ending == "budget" for link in found.links):
+                self.effort.leave_out("further starts of the base's fit")
             self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, self.known[()])
 

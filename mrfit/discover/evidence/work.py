@@ -6,7 +6,9 @@ from typing import Any
 from mrfit.core import registry
 from mrfit.core.protocols import HasCurve, HasStep
 from mrfit.core.specs import ModelSpec
-from mrfit.discover.policy import STANDARD
+from mrfit.discover.policy import STANDARD, Policy
+from mrfit.search.coarse_to_fine import default_budget
+from mrfit.search.limits import Limits
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import base_name
 
@@ -30,9 +32,13 @@ class Effort:
         """Return whether no more than so much was spent; otherwise keep in words what is left out."""
         if self.spent <= most:
             return True
+        self.leave_out(what)
+        return False
+
+    def leave_out(self, what: str) -> None:
+        """Keep in words what is left out, once."""
         if what not in self.left_out:
             self.left_out.append(what)
-        return False
 
 
 def is_stepped(model: str) -> bool:
@@ -59,9 +65,27 @@ def work_of(assembly: Assembly, samples: int) -> int:
     Linear parameters are none of these numbers. A loop that is stepped along its curve is not where its shape depends
     on current: then it is as slow as a law with a rough response.
     """
-    spec, law = assembly.spec, _law(assembly.spec.name)
-    if not isinstance(law, HasStep):
+    spec = assembly.spec
+    if not is_stepped(spec.name):
         return 0
+    numbers = len(spec.params) - len(spec.linear)
+    return int(samples * numbers * (STANDARD.rough_weight if _is_bent(assembly) else 1.0))
+
+
+def limits_of_base(assembly: Assembly, samples: int, dimension: int, policy: Policy) -> Limits:
+    """Return the limits of a base's first fit to training samples, over so many free parameters.
+
+    They are its own but where a law is stepped along no curve: then its evaluations are counted by the samples. How
+    long it goes on without progress stays the same.
+    """
+    limits = Limits()
+    slow = is_stepped(assembly.spec.name) and (_is_bent(assembly) or not isinstance(_law(assembly.spec.name), HasCurve))
+    usual, most = default_budget(dimension), int(policy.most_base_work / samples)
+    return Limits(most, stall=min(limits.stall * usual / most, 1.0)) if slow and most < usual else limits
+
+
+def _is_bent(assembly: Assembly) -> bool:
+    """Return whether the shape of a loop along a curve depends on current, so that there is no such curve."""
+    law = _law(assembly.spec.name)
     curve = law.SHAPE if isinstance(law, HasCurve) else ()
-    bent = any("@" in n and base_name(n) in curve for n in spec.names)
-    return int(samples * (len(spec.params) - len(spec.linear)) * (STANDARD.rough_weight if bent else 1.0))
+    return any("@" in n and base_name(n) in curve for n in assembly.spec.names)

@@ -12,6 +12,7 @@ from mrfit.discover.evidence.bench import Bench
 from mrfit.discover.evidence.refit import Fitter, Refit, paired_z, usual
 from mrfit.discover.policy import STANDARD
 from mrfit.errors import DataError
+from mrfit.search.limits import Limits
 from mrfit.search.problem import LeastSquaresProblem
 from tests.discover.test_refit import refit
 
@@ -98,6 +99,23 @@ def test_a_base_of_which_every_simulation_diverges_is_one_line() -> None:
     own = fitter()
     own._remember(("inertia",), np.ones(2), 3.0)
     assert own.known["inertia",].tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("budget", "ending", "said"), [(50, "budget", True), (50, "finished", False), (None, "budget", False)]
+)
+def test_a_first_fit_that_ends_at_its_limit_says_so(
+    monkeypatch: pytest.MonkeyPatch, budget: int | None, ending: str, said: bool
+) -> None:
+    found = SimpleNamespace(point=np.ones(2), cost=1.0, links=[SimpleNamespace(ending=ending)])
+    monkeypatch.setattr(module.search, "run", lambda *given: found)
+    monkeypatch.setattr(module, "limits_of_base", lambda *given: Limits(budget))
+    cube = SimpleNamespace(start=np.ones(2), free=np.arange(2))
+    for name, value in (("cube", cube), ("_posed", None), ("_data_driven", np.ones((1, 2))), ("_judged", None)):
+        monkeypatch.setattr(Fitter, name, lambda *given, value=value: value)
+    own = fitter()
+    own.first(0)
+    assert own.effort.left_out == ["further starts of the base's fit"] * said
 
 
 @pytest.mark.parametrize(("start", "again"), [(0.985, True), (0.995, False), (1.5, False)])
