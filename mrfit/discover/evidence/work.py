@@ -7,7 +7,7 @@ from mrfit.core import registry
 from mrfit.core.protocols import HasCurve, HasStep
 from mrfit.core.specs import ModelSpec
 from mrfit.discover.policy import STANDARD, Policy
-from mrfit.search.coarse_to_fine import default_budget
+from mrfit.search.auto import Auto
 from mrfit.search.limits import Limits
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import base_name
@@ -80,7 +80,7 @@ def limits_of_base(assembly: Assembly, samples: int, dimension: int, policy: Pol
     """
     limits = Limits()
     slow = is_stepped(assembly.spec.name) and (_is_bent(assembly) or not isinstance(_law(assembly.spec.name), HasCurve))
-    usual, most = default_budget(dimension), int(policy.most_base_work / samples)
+    usual, most = Auto().budget(dimension), int(policy.most_base_work / samples)
     return Limits(most, stall=min(limits.stall * usual / most, 1.0)) if slow and most < usual else limits
 
 
