@@ -1,6 +1,6 @@
 """Columns of a log as a channel map means them: by place, by name, or by a cell of the header."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.table import Column
@@ -30,7 +30,7 @@ def clocks_meant(wanted: str | int, names: Mapping[int, str]) -> list[int]:
     return next(filter(None, (columns_meant(cell, names) for cell in cells)), [])
 
 
-def places_meant(wanted: str | int, columns: Iterable[Column]) -> list[int]:
+def places_meant(wanted: str | int, columns: Sequence[Column]) -> list[int]:
     """Return the places of the columns that a map means, by a cell of the header only if its unit is theirs."""
     there = {c.index: c for c in columns}
     places = columns_meant(wanted, {place: c.name for place, c in there.items()})
@@ -40,17 +40,15 @@ def places_meant(wanted: str | int, columns: Iterable[Column]) -> list[int]:
     return [place for place, c in there.items() if c.unit and (c.name, c.unit) == split]
 
 
-def mapped_places(rules: Rules, columns: Iterable[Column], settled: bool = False) -> set[int]:
+def mapped_places(rules: Rules, columns: Sequence[Column], settled: bool = False) -> set[int]:
     """Return the places of the columns of which a map makes channels, or of those whose unit or scale it gives.
 
     ``settled`` says that only columns are meant whose unit or scale is given.
     """
-    there = list(columns)
     given = [r for r in rules.channels.values() if not settled or r.unit is not None or r.scale != 1.0]
-    return {place for rule in given for one in rule.columns for place in places_meant(one, there)}
+    return {place for rule in given for one in rule.columns for place in places_meant(one, columns)}
 
 
-def ignored_places(rules: Rules, columns: Iterable[Column]) -> set[int]:
+def ignored_places(rules: Rules, columns: Sequence[Column]) -> set[int]:
     """Return the places of the columns that a map leaves out."""
-    there = list(columns)
-    return {place for one in rules.ignore for place in places_meant(one, there)}
+    return {place for one in rules.ignore for place in places_meant(one, columns)}
