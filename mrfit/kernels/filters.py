@@ -40,34 +40,34 @@ def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) ->
     has no slope above 0, that before it holds; 0 at first. ``steps`` in s > 0, (1,) or (N,), is the time from each
     sample to that before.
     """
-    ratio, exponent = _chord_ratios(here, there, gain, steps)
+    exponent = _chord_exponents(here, there, gain, steps)
     # numpy's takes a tenth of the time of that of the C library, where the processor has vectors
-    return _lagged_by(x, here, ratio, np.expm1(exponent))
+    return _lagged_by(x, here, exponent, np.expm1(exponent))
 
 
 @kernel
-def _chord_ratios(here: Array, there: Array, gain: float, steps: Array) -> tuple[Array, Array]:
-    """Return tau/dt and -dt/tau of each step, (N,)."""
-    ratio, exponent = np.zeros_like(here), np.full_like(here, -np.inf)
-    chord = 0.0
+def _chord_exponents(here: Array, there: Array, gain: float, steps: Array) -> Array:
+    """Return -dt/tau of each step, (N,); minus infinity before the first chord."""
+    exponent = np.empty_like(here)
+    exponent[0] = -math.inf
+    run, rise = 1.0, 0.0
     for j in range(1, len(here)):
-        run = here[j] - here[j - 1]
-        slope = (there[j] - there[j - 1]) / run if run != 0.0 else 0.0
-        chord = slope if 0.0 < slope < math.inf else chord
-        if chord > 0.0:
-            ratio[j] = gain * chord / steps[min(j, len(steps) - 1)]
-            exponent[j] = -1.0 / ratio[j]
-    return ratio, exponent
+        along, up = here[j] - here[j - 1], there[j] - there[j - 1]
+        rising = 0.0 < along * up < math.inf
+        run, rise = along if rising else run, up if rising else rise
+        exponent[j] = -steps[min(j, len(steps) - 1)] * run / (gain * rise)
+    return exponent
 
 
 @kernel
-def _lagged_by(x: Array, here: Array, ratio: Array, left: Array) -> tuple[Array, float]:
-    """Return ``chord_lag`` of which tau/dt and expm1(-dt/tau) are known, (N,)."""
+def _lagged_by(x: Array, here: Array, exponent: Array, left: Array) -> tuple[Array, float]:
+    """Return ``chord_lag`` of which -dt/tau and expm1(-dt/tau) are known, (N,)."""
     y = np.empty_like(x)
     y[0] = x[0]
-    change = abs(x[0] - here[0])
+    change, distance = abs(x[0] - here[0]), 0.0
     for j in range(1, len(x)):
-        y[j] = _after_lag(y[j - 1], x[j - 1], x[j], ratio[j], left[j])
+        distance = _lag_distance(distance, x[j] - x[j - 1], exponent[j], left[j])
+        y[j] = x[j] + distance
         moved = abs(y[j] - here[j])
         # one that is not finite is taken, too: neither is any that follows
         change = change if moved <= change else moved
@@ -118,14 +118,17 @@ def lag_step(y: float, before: float, now: float, tau: float, dt: float) -> floa
     """Return the output of ``lag`` after a step of dt s, over which its input goes from ``before`` to ``now``."""
     if tau <= 0.0 or dt <= 0.0:
         return y if dt <= 0.0 and tau > 0.0 else now
-    ratio = tau / dt
-    return _after_lag(y, before, now, ratio, math.expm1(-1.0 / ratio))
+    exponent = -dt / tau
+    return now + _lag_distance(y - before, now - before, exponent, math.expm1(exponent))
 
 
 @kernel
-def _after_lag(y: float, before: float, now: float, ratio: float, left: float) -> float:
-    """Return the output of ``lag`` after a step of which tau/dt and expm1(-dt/tau) are known."""
-    return now + (1.0 + left) * (y - before) + ratio * left * (now - before)
+def _lag_distance(distance: float, rise: float, exponent: float, left: float) -> float:
+    """Return the output of ``lag`` less its input after a step, of the same before and the input's rise.
+
+    ``exponent`` is -dt/tau < 0 and ``left`` its expm1.
+    """
+    return (1.0 + left) * distance - left / exponent * rise
 
 
 @kernel

@@ -13,6 +13,7 @@ Every effect has a neutral value at which it vanishes bit for bit, so that the b
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import accumulate, pairwise
 from typing import cast
 
 import numpy as np
@@ -274,17 +275,20 @@ class _Chain:
         return self.base.start_values(drive[: len(self.base.spec.inputs)], output, dt)
 
     def _batch(self, theta: Array) -> _Points:
-        sizes = [len(self.base.spec.params), *(len(e.params) for e in self.effects)]
+        ends = list(accumulate((len(e.params) for e in self.effects), initial=len(self.base.spec.params)))
         # kernels are compiled for contiguous arrays
-        base, *own = (np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1))
+        base, *own = (np.ascontiguousarray(theta[:, first:last]) for first, last in pairwise([0, *ends]))
         active: dict[str, list[tuple[protocols.Effect, Array]]] = {}
         for module, effect, p in zip(self.modules, self.effects, own, strict=True):
-            if not np.all(p == np.array(effect.neutral)):
+            if not np.all(p == effect.neutral):
                 active.setdefault(effect.slot, []).append((module, p))
         return _Points(theta, base, own, active)
 
+    def _named(self, drive: Array) -> dict[str, Array]:
+        return dict(zip(self.spec.inputs, drive, strict=True))
+
     def _changed(self, drive: Array, batch: _Points, dt: float) -> Array:
-        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        channels = self._named(drive)
         for module, theta in batch.active.get("input", ()):
             channels |= cast(protocols.ChangesInput, module).transform(channels, theta[0], dt)
         for module, theta in batch.active.get("output", ()):
@@ -299,7 +303,8 @@ class _Chain:
             return self._after_input(drive, batch, dt)
         output = np.empty((len(batch.theta), drive.shape[1]))
         for point in range(len(output)):
-            own = self._batch(batch.theta[point : point + 1])
+            # what no other point needs is not simulated for this one
+            own = self._batch(batch.theta[point : point + 1]) if len(output) > 1 else batch
             output[point] = self._around(loops, point, drive, own, dt)
         return output
 
@@ -320,12 +325,13 @@ class _Chain:
         return cast(protocols.ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
 
     def _after_input(self, drive: Array, batch: _Points, dt: float) -> Array:
-        channels = dict(zip(self.spec.inputs, drive, strict=True))
-        output = self._made(drive, batch, dt)
+        channels = self._named(drive)
+        output = self._made(drive, channels, batch, dt)
         for module, theta in batch.active.get("output", ()):
             if module.SPEC.name in self.moving and cast(protocols.MovesDrive, module).needs_middles(theta[0]):
                 # at uneven times ``dt`` are the steps, see ``uneven``
-                middles = self._made(middles_of(drive), batch, cast(float, apart(dt)))
+                moved = middles_of(drive)
+                middles = self._made(moved, self._named(moved), batch, cast(float, apart(dt)))
                 whole = between(output, middles)
                 shaped = cast(protocols.ShapesOutput, module).shape(whole, {}, theta, cast(float, halved(dt)))
                 output = np.ascontiguousarray(shaped[:, ::2])
@@ -333,16 +339,15 @@ class _Chain:
                 output = cast(protocols.ShapesOutput, module).shape(output, channels, theta, dt)
         return output
 
-    def _made(self, drive: Array, batch: _Points, dt: float) -> Array:
+    def _made(self, drive: Array, channels: dict[str, Array], batch: _Points, dt: float) -> Array:
         """Return the output of the base and the added terms."""
-        channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self._of_base(drive, channels, batch, dt)
         for module, theta in batch.active.get("add", ()):
             output = output + cast(protocols.AddsTerm, module).term(channels, theta, dt)
         return output
 
     def _recorded(self, output: Array, drive: Array, batch: _Points, dt: float) -> Array:
-        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        channels = self._named(drive)
         for module, theta in (*batch.active.get("input", ()), *batch.active.get("record", ())):
             if module.SPEC.name in self.erring:
                 output = output + cast(protocols.ErrsInRecord, module).error(channels, theta, dt)
@@ -351,9 +356,11 @@ class _Chain:
     def _of_base(self, drive: Array, channels: dict[str, Array], batch: _Points, dt: float) -> Array:
         """Return the base's output under its scaled parameters; where these vary, of a few points at a time."""
         inputs = np.ascontiguousarray(drive[: len(self.base.spec.inputs)])
+        if "theta" not in batch.active:
+            return self.base.simulate(inputs, batch.base, dt)
         theta, factors = batch.base, self._factors(channels, batch, dt)
         if all(factor.shape[1] == 1 for _, factor in factors):
-            theta = theta.copy() if factors else theta
+            theta = theta.copy()
             for column, factor in factors:
                 theta[:, column] *= factor[:, 0]
             return self.base.simulate(inputs, theta, dt)
@@ -372,7 +379,7 @@ class _Chain:
         params = self.base.spec.params
         return [
             (column, factor)
-            for module, own in batch.active.get("theta", ())
+            for module, own in batch.active["theta"]
             for role, factor in cast(protocols.ScalesParameters, module).factors(channels, own, dt).items()
             for column, param in enumerate(params)
             if param.role == role
