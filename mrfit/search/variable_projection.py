@@ -222,11 +222,11 @@ class Projection:
         """Return whether the response is affine in the linear parameters: at the start, in the cube, at points (P, F).
 
         An effect that sets in somewhere, as a valve does above a force, is affine wherever it has not. That may be at
-        most places in the cube.
+        most places in the cube. A law without effects is as affine at one place as at another.
         """
         error, most = self._departure(self._probed)
-        if not np.all(error <= most):
-            return False
+        if self.posed.assembly.bare or not np.all(error <= most):
+            return bool(np.all(error <= most))
         further = self.cube.probes(PROBED)[len(error) :]
         with np.errstate(all="ignore"):
             error, most = self._departure(self.solve(np.vstack([further, self.reduced(points)])))

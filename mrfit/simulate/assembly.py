@@ -53,6 +53,8 @@ class Assembly:
         Maps the same to start values of minima that a search hardly finds from these, where a base model knows of some.
     alone
         Whether it is a base model as it stands, without effects or dependence on current.
+    bare
+        Whether it is a base model without effects; its parameters may depend on current.
     adds
         Whether an effect adds a term to the base's output, or to the record.
     counts
@@ -71,6 +73,7 @@ class Assembly:
     sensitivities: Sensitivities | None = None
     far_starts: Callable[[Array, Array, float], list[dict[str, float]]] | None = None
     alone: bool = False
+    bare: bool = False
     adds: bool = False
     counts: bool = False
     recipe: tuple[str, CurrentDependence | None] | None = field(default=None, init=False, repr=False, compare=False)
@@ -138,7 +141,7 @@ def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
     whole = built(module.response)
     rough = built(module.rough_response).simulate if isinstance(module, protocols.HasRoughResponse) else None
     if effects or (dependence and dependence.varies):
-        return replace(whole, rough=rough)
+        return replace(whole, rough=rough, bare=not effects)
     return replace(
         whole,
         rough=rough,
@@ -146,6 +149,7 @@ def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
         sensitivities=module.sensitivities if isinstance(module, protocols.HasSensitivities) else None,
         far_starts=module.far_starts if isinstance(module, protocols.HasFarStarts) else None,
         alone=True,
+        bare=True,
     )
 
 
