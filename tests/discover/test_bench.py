@@ -139,3 +139,10 @@ def test_a_sample_at_which_the_output_was_clipped_counts_for_nothing() -> None:
     counts = kept.block.counts > 0.0
     every, some = (differences(s.block_for(base), base, theta)[0] for s in (whole, kept))
     assert np.all(some[~counts] == 0.0) and np.array_equal(some[counts], every[counts])
+
+
+def test_samples_that_lead_a_segment_in_are_simulated_too() -> None:
+    recording = Recording("0", "r.csv", "r", "none", DT, 0.0, {"velocity": V, "force": 800.0 * V + X}, {})
+    late = replace(segment("train", "0"), recording="0", start=600, stop=COUNT, warm_up=600, cycles=0)
+    found = build_bench([late], {"0": recording}, assemble("regularised-bingham"), [])
+    assert (found.samples("train"), found.simulated("train"), found.simulated("holdout")) == (400, COUNT, 0)

@@ -178,7 +178,9 @@ def of_parameters(count: int) -> Rule:
 
 def slow(base: str, samples: int) -> Rule:
     """Whether Spencer's law is too much work beside a base."""
-    bench = SimpleNamespace(channels={"displacement", "velocity"}, samples=lambda role: samples)
+    bench = SimpleNamespace(
+        channels={"displacement", "velocity"}, samples=lambda role: 1, simulated=lambda role: samples
+    )
     fitter = SimpleNamespace(base=base, bench=bench, effort=Effort())
     fit = SimpleNamespace(assembly=assemble(base))
     return lambda p: "spencer" in laws.slow_laws(fitter, fit, lambda name: None, p)

@@ -64,7 +64,7 @@ def test_the_first_fit_of_a_law_along_no_curve_has_a_limit_by_its_samples_and_th
 
 
 def test_laws_that_are_stepped_are_not_fitted_where_fits_of_all_would_be_too_much_work() -> None:
-    bench = SimpleNamespace(channels={"displacement", "velocity"}, samples=lambda role: 100)
+    bench = SimpleNamespace(channels={"displacement", "velocity"}, samples=lambda role: 100, simulated=lambda role: 100)
     fitter: Any = SimpleNamespace(base="tanh", bench=bench)
     base: Any = SimpleNamespace(assembly=assemble("tanh"))
     names = list(candidates(fitter, "force", STANDARD))

@@ -123,6 +123,10 @@ class Bench:
         """Return the samples of the segments of a role."""
         return sum(s.segment.samples for s in self.of_role(role))
 
+    def simulated(self, role: str) -> int:
+        """Return the same with those that lead the segments in: with gaps in a record they may be twice as many."""
+        return sum(s.block.drive.shape[1] for s in self.of_role(role))
+
     def most_noise(self, role: str) -> float:
         """Return the most that the noise of a role can be, in multiples of its floors: 1 where these are known."""
         stretches = self.of_role(role)

@@ -26,12 +26,12 @@ Dependence = Callable[[str], CurrentDependence | None]
 
 def slow_laws(fitter: Fitter, base: Refit, dependence: Dependence, policy: Policy) -> tuple[str, ...]:
     """Return the other bases that are too much work beside the base's own, or after all that was judged."""
-    samples = fitter.bench.samples("train")
-    own = work_of(base.assembly, samples)
+    simulated = fitter.bench.simulated("train")
+    own = work_of(base.assembly, simulated)
     names = tuple(candidates(fitter, base.assembly.spec.output, policy))
-    late = fitter.effort.spent + samples * len(names) > policy.most_effort_told
+    late = fitter.effort.spent + fitter.bench.samples("train") * len(names) > policy.most_effort_told
     most = min(own, policy.most_work) if late else policy.most_work
-    return tuple(n for n in names if own + work_of(assemble(n, dependence(n)), samples) > most)
+    return tuple(n for n in names if own + work_of(assemble(n, dependence(n)), simulated) > most)
 
 
 def other_laws(
