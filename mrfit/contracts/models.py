@@ -160,14 +160,20 @@ def differences_are_consistent(model: Model) -> None:
 
 
 def linear_parameters_are_jointly_affine(model: Model) -> None:
-    """The response is jointly linear in the parameters that the SPEC calls linear."""
+    """The response is jointly linear in the parameters that the SPEC calls linear, under a current that moves too."""
     spec = model.SPEC
     columns = [spec.names.index(name) for name in spec.linear]
     ends = theta_of(spec, 3, spread=0.5)[1:]
     ends[1, [k for k in range(len(spec.names)) if k not in columns]] = np.delete(ends[0], columns)
-    path = np.array([ends[0], 0.7 * ends[0] + 0.3 * ends[1], ends[1]])
-    rows = model.response(drive_of(spec), path, DT)
-    need_close(rows[1], 0.7 * rows[0] + 0.3 * rows[2], 0.0, 1e-10 * float(np.abs(rows).max()), "between two vectors")
+    places = [ends]
+    if _may_vary(model):
+        moving = np.repeat(ends[:, :, None], CONTRACT_SAMPLES, axis=2)
+        moving[0, columns] *= 1.0 + 0.2 * np.sin(np.linspace(0.0, 20.0, CONTRACT_SAMPLES))
+        places.append(moving)
+    for first, last in places:
+        rows = model.response(drive_of(spec), np.array([first, 0.7 * first + 0.3 * last, last]), DT)
+        most = 1e-10 * float(np.abs(rows).max())
+        need_close(rows[1], 0.7 * rows[0] + 0.3 * rows[2], 0.0, most, "between two vectors")
 
 
 def _may_vary(model: Model) -> bool:

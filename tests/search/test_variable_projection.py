@@ -15,8 +15,9 @@ from mrfit.search.coarse_to_fine import objective_of
 from mrfit.search.cube import cube_of
 from mrfit.search.limits import Limits
 from mrfit.search.problem import LeastSquaresProblem
-from mrfit.search.variable_projection import Projection, SeparableObjective, projection_of
+from mrfit.search.variable_projection import ProjectedPoints, Projection, SeparableObjective, projection_of
 from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 from tests.fit.toy import block, linear_model
 
 OWN = Auto(own_parameters=True)
@@ -220,6 +221,32 @@ def test_a_valve_that_is_closed_at_nearly_all_places_leaves_no_parameter_linear(
         cube = cube_of(assembly.spec, {}, start, {})
         valve = replace(at, blocks=blocks, assembly=assembly, cube=cube)
         assert projection_of(valve, cube.start[None, :]) is None
+
+
+@pytest.mark.parametrize(
+    ("model", "questions"), [("bingham", 0), ("bingham at currents", 1), ("bingham+relief-valve at currents", 2)]
+)
+def test_only_an_effect_is_asked_at_many_places_whether_it_is_affine(
+    model: str, questions: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name, _, moving = model.partition(" ")
+    assembly = assemble(name, CurrentDependence((("fy", 1),), 0.0, 1.0) if moving else None)
+    own = posed("bingham").blocks[0]
+    rows = {"velocity": own.drive[0], "current": np.linspace(0.0, 1.0, own.drive.shape[1])}
+    drive = np.vstack([rows.get(n, np.zeros_like(own.drive[0])) for n in assembly.spec.inputs])
+    cube = cube_of(assembly.spec, {}, {}, {})
+    at = LeastSquaresProblem([replace(own, drive=drive)], np.ones(1), assembly, cube)
+    asked, departure = list[int](), Projection._departure
+
+    def counted(self: Projection, solved: ProjectedPoints) -> tuple[Array, Array]:
+        asked.append(len(solved.theta))
+        return departure(self, solved)
+
+    monkeypatch.setattr(Projection, "_departure", counted)
+    found = projection_of(at, np.repeat(cube.start[None, :], 5, axis=0))
+    assert (found is not None) == (questions < 2)
+    # two places, then others in the cube and those from which it is searched
+    assert len(asked) == questions and sum(asked) == (0, 2, 12)[questions]
 
 
 def test_a_wrong_mark_is_found_out() -> None:
