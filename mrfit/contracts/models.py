@@ -160,16 +160,18 @@ def differences_are_consistent(model: Model) -> None:
 
 
 def linear_parameters_are_jointly_affine(model: Model) -> None:
-    """The response is jointly linear in the parameters that the SPEC calls linear, under a current that moves too."""
+    """The response is jointly linear in the parameters that the SPEC calls linear, where these vary along it too."""
     spec = model.SPEC
     columns = [spec.names.index(name) for name in spec.linear]
-    ends = theta_of(spec, 3, spread=0.5)[1:]
-    ends[1, [k for k in range(len(spec.names)) if k not in columns]] = np.delete(ends[0], columns)
-    places = [ends]
+    ends = np.vstack([theta_of(spec, 3, spread=0.5)[1:], theta_of(spec, 7)[1:]]).reshape(4, 2, -1)
+    others = [k for k in range(len(spec.names)) if k not in columns]
+    ends[:, 1, others] = ends[:, 0, others]
+    places = list(ends)
     if _may_vary(model):
-        moving = np.repeat(ends[:, :, None], CONTRACT_SAMPLES, axis=2)
-        moving[0, columns] *= 1.0 + 0.2 * np.sin(np.linspace(0.0, 20.0, CONTRACT_SAMPLES))
-        places.append(moving)
+        # between the two, each in its own way: what depends on how fast they vary is found, and no bound is passed
+        phase = np.linspace(0.0, 20.0, CONTRACT_SAMPLES)
+        shares = 0.5 + 0.5 * np.array([np.sin(phase), np.cos(1.7 * phase)])
+        places += [a[:, None] + (b - a)[:, None] * shares[:, None] for a, b in ends]
     for first, last in places:
         rows = model.response(drive_of(spec), np.array([first, 0.7 * first + 0.3 * last, last]), DT)
         most = 1e-10 * float(np.abs(rows).max())

@@ -50,6 +50,7 @@ def _chord_exponents(here: Array, there: Array, gain: float, steps: Array) -> Ar
     """Return -dt/tau of each step, (N,); minus infinity before the first chord."""
     exponent = np.empty_like(here)
     exponent[0] = -math.inf
+    # of the last chord that rises; before there is one, one of no slope
     run, rise = 1.0, 0.0
     for j in range(1, len(here)):
         along, up = here[j] - here[j - 1], there[j] - there[j - 1]
@@ -124,7 +125,7 @@ def lag_step(y: float, before: float, now: float, tau: float, dt: float) -> floa
 
 @kernel
 def _lag_distance(distance: float, rise: float, exponent: float, left: float) -> float:
-    """Return the output of ``lag`` less its input after a step, of the same before and the input's rise.
+    """Return the distance of ``lag`` above its input after a step, from that before it and the input's rise.
 
     ``exponent`` is -dt/tau < 0 and ``left`` its expm1.
     """

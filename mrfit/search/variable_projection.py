@@ -222,14 +222,16 @@ class Projection:
         """Return whether the response is affine in the linear parameters: at the start, in the cube, at points (P, F).
 
         An effect that sets in somewhere, as a valve does above a force, is affine wherever it has not. That may be at
-        most places in the cube. A law without effects is as affine at one place as at another.
+        most places in the cube, so that it is asked at the points too. A law without effects is not: its contract asks.
         """
         error, most = self._departure(self._probed)
-        if self.posed.assembly.bare or not np.all(error <= most):
-            return bool(np.all(error <= most))
+        if not np.all(error <= most):
+            return False
         further = self.cube.probes(PROBED)[len(error) :]
+        if not self.posed.assembly.bare:
+            further = np.vstack([further, self.reduced(points)])
         with np.errstate(all="ignore"):
-            error, most = self._departure(self.solve(np.vstack([further, self.reduced(points)])))
+            error, most = self._departure(self.solve(further))
         # what cannot be simulated far inside tells nothing
         return not np.any(np.isfinite(error) & ~(error <= most))
 

@@ -307,7 +307,7 @@ class _Chain:
             return self._after_input(drive, batch, dt)
         output = np.empty((len(batch.theta), drive.shape[1]))
         for point in range(len(output)):
-            # what no other point needs is not simulated for this one
+            # without the effects that only other points need
             own = self._batch(batch.theta[point : point + 1]) if len(output) > 1 else batch
             output[point] = self._around(loops, point, drive, own, dt)
         return output

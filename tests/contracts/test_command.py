@@ -119,6 +119,17 @@ MODELS = {
 }
 
 
+def test_a_linear_parameter_whose_speed_counts_is_found() -> None:
+    def hurried(drive: np.ndarray, theta: np.ndarray, dt: float) -> np.ndarray:
+        changes = np.abs(np.gradient(theta[:, 0], axis=1)) if theta.ndim == 3 else 0.0
+        return line(drive, theta, dt) + changes
+
+    item = SimpleNamespace(SPEC=SPEC, response=hurried)
+    assert faults(models.MODEL_CHECKS, item, "linear_parameters_are_jointly_affine") == {
+        "linear_parameters_are_jointly_affine"
+    }
+
+
 @pytest.mark.parametrize("check", MODELS)
 def test_a_model_that_breaks_a_check_is_found(check: str) -> None:
     item = SimpleNamespace(**({"SPEC": SPEC, "response": line} | MODELS[check]))

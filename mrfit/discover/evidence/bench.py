@@ -124,7 +124,7 @@ class Bench:
         return sum(s.segment.samples for s in self.of_role(role))
 
     def simulated(self, role: str) -> int:
-        """Return the same with those that lead the segments in: with gaps in a record they may be twice as many."""
+        """Return the samples of a role that are simulated: those before each segment, which lead it in, among them."""
         return sum(s.block.drive.shape[1] for s in self.of_role(role))
 
     def most_noise(self, role: str) -> float:
