@@ -150,5 +150,8 @@ def _adjusted(param: Param, bounds: tuple[float, float] | None, start: float | N
     value = param.start if start is None else start
     if start is not None and not low <= start <= high:
         raise ConfigError(f"start value {start:g} of {param.name} lies outside its bounds {low:g}:{high:g}")
+    if bounds is None and start is None and low <= value <= high:
+        # a copy is checked as a plug-in's parameter is, which short fits would notice
+        return param
     held = param.fixed and bounds is None and start is None
     return replace(param, low=low, high=high, start=min(max(value, low), high), fixed=held)

@@ -36,6 +36,13 @@ def test_corners_are_the_bounds_and_log_parameters_halve_in_the_logarithm() -> N
     assert np.allclose(theta, [[-2.0, 1e-4], [3.0, 1e2], [0.5, 1e-1]], rtol=1e-12)
 
 
+def test_a_parameter_of_which_nothing_is_said_is_no_copy_and_a_start_beyond_its_bounds_is_moved() -> None:
+    assert all(own is given for own, given in zip(cube_of(SPEC, {}, {}, {}).params, SPEC.params, strict=True))
+    first = SPEC.params[0]
+    beyond = replace(SPEC, params=(replace(first, start=2.0 * first.high), *SPEC.params[1:]))
+    assert cube_of(beyond, {}, {}, {}).params[0].start == first.high
+
+
 def test_fixed_parameters_keep_their_value_and_leave_the_search() -> None:
     cube = cube_of(SPEC, {}, {}, {"a": 7.0})
     assert cube.to_theta(np.array([[0.25]]))[0, 0] == 7.0
