@@ -166,13 +166,13 @@ def linear_parameters_are_jointly_affine(model: Model) -> None:
     ends = np.vstack([theta_of(spec, 3, spread=0.5)[1:], theta_of(spec, 7)[1:]]).reshape(4, 2, -1)
     others = [k for k in range(len(spec.names)) if k not in columns]
     ends[:, 1, others] = ends[:, 0, others]
-    places = list(ends)
+    pairs = list(ends)
     if _may_vary(model):
         # between the two, each in its own way: what depends on how fast they vary is found, and no bound is passed
         phase = np.linspace(0.0, 20.0, CONTRACT_SAMPLES)
         shares = 0.5 + 0.5 * np.array([np.sin(phase), np.cos(1.7 * phase)])
-        places += [a[:, None] + (b - a)[:, None] * shares[:, None] for a, b in ends]
-    for first, last in places:
+        pairs += [a[:, None] + (b - a)[:, None] * shares[:, None] for a, b in ends]
+    for first, last in pairs:
         rows = model.response(drive_of(spec), np.array([first, 0.7 * first + 0.3 * last, last]), DT)
         most = 1e-10 * float(np.abs(rows).max())
         need_close(rows[1], 0.7 * rows[0] + 0.3 * rows[2], 0.0, most, "between two vectors")

@@ -141,7 +141,7 @@ def at_scales(cube: Cube, blocks: Iterable[SegmentBlock], base: Assembly) -> Cub
         return cube
     found = [start_values_of(block, base) for block in blocks]
     held = {n: max(values[n] for values in found if n in values) for n in fixed if any(n in v for v in found)}
-    return replace(cube, params=tuple(replace(p, start=held.get(p.name, p.start)) for p in cube.params))
+    return replace(cube, params=tuple(replace(p, start=held[p.name]) if p.name in held else p for p in cube.params))
 
 
 def start_values_of(block: SegmentBlock, assembly: Assembly) -> dict[str, float]:
