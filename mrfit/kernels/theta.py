@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 
 # Values per block of rows: three or four temporaries of this size stay in a core's level 2 cache.
 _BLOCK = 1 << 14
@@ -49,6 +49,18 @@ def evaluate(formula: Callable[..., Array], drive: Array, theta: Array) -> Array
 def by_blocks(simulate: Callable[[Array], Array], samples: int, theta: Array) -> Array:
     """Return simulate(theta), (P, N), a few rows of theta at a time: what it allocates then stays small and warm."""
     return by_rows(lambda rows: simulate(theta[rows]), samples, len(theta))
+
+
+def distinct(theta: Array) -> tuple[Index | slice, Index | slice]:
+    """Return where each row of theta (P, K) stands first, and its place among these: theta[first][places] is theta.
+
+    Of the points around one, at which derivatives are taken, most differ in parameters of other parts of a model.
+    """
+    numbers: dict[bytes, int] = {}
+    places = np.array([numbers.setdefault(row.tobytes(), len(numbers)) for row in theta])
+    if len(numbers) == len(theta):
+        return slice(None), slice(None)
+    return np.unique(places, return_index=True)[1], places
 
 
 def by_rows(simulate: Callable[[slice], Array], samples: int, count: int) -> Array:

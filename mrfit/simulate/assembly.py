@@ -21,7 +21,7 @@ import numpy as np
 from mrfit.core import protocols, registry
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, ReducedModel, Response, Sensitivities
 from mrfit.errors import ConfigError
-from mrfit.kernels.theta import by_rows
+from mrfit.kernels.theta import by_rows, distinct
 from mrfit.simulate.at_current import at_current
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, coefficients, expanded
 from mrfit.simulate.middles import apart, between, halved, middles_of
@@ -347,7 +347,8 @@ class _Chain:
         """Return the output of the base and the added terms."""
         output = self._of_base(drive, channels, batch, dt)
         for module, theta in batch.active.get("add", ()):
-            output = output + cast(protocols.AddsTerm, module).term(channels, theta, dt)
+            first, places = distinct(theta)
+            output = output + cast(protocols.AddsTerm, module).term(channels, theta[first], dt)[places]
         return output
 
     def _recorded(self, output: Array, drive: Array, batch: _Points, dt: float) -> Array:
@@ -360,14 +361,14 @@ class _Chain:
     def _of_base(self, drive: Array, channels: dict[str, Array], batch: _Points, dt: float) -> Array:
         """Return the base's output under its scaled parameters; where these vary, of a few points at a time."""
         inputs = np.ascontiguousarray(drive[: len(self.base.spec.inputs)])
-        if "theta" not in batch.active:
-            return self.base.simulate(inputs, batch.base, dt)
-        theta, factors = batch.base, self._factors(channels, batch, dt)
+        scaling = batch.active.get("theta", [])
+        first, places = distinct(np.hstack([batch.base, *(own for _, own in scaling)]))
+        factors = self._factors(channels, [(module, own[first]) for module, own in scaling], dt)
+        theta = batch.base[first].copy()
         if all(factor.shape[1] == 1 for _, factor in factors):
-            theta = theta.copy()
             for column, factor in factors:
                 theta[:, column] *= factor[:, 0]
-            return self.base.simulate(inputs, theta, dt)
+            return self.base.simulate(inputs, theta, dt)[places]
 
         def simulate(rows: slice) -> Array:
             own = theta[rows, :, None]
@@ -376,14 +377,16 @@ class _Chain:
                 varied[:, column] *= factor[rows]
             return self.base.simulate(inputs, varied, dt)
 
-        return by_rows(simulate, drive.shape[1], len(theta))
+        return by_rows(simulate, drive.shape[1], len(theta))[places]
 
-    def _factors(self, channels: dict[str, Array], batch: _Points, dt: float) -> list[tuple[int, Array]]:
+    def _factors(
+        self, channels: dict[str, Array], scaling: list[tuple[protocols.Effect, Array]], dt: float
+    ) -> list[tuple[int, Array]]:
         """Return the factors on the base's parameters, (P, 1) or (P, N) by column, in the order of the effects."""
         params = self.base.spec.params
         return [
             (column, factor)
-            for module, own in batch.active["theta"]
+            for module, own in scaling
             for role, factor in cast(protocols.ScalesParameters, module).factors(channels, own, dt).items()
             for column, param in enumerate(params)
             if param.role == role

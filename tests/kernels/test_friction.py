@@ -134,6 +134,13 @@ def test_an_element_that_a_change_of_parameters_leaves_above_saturation_comes_do
     assert np.isnan(bouc_wen_step(np.nan, 1e-4, shape, shape))
 
 
+@pytest.mark.parametrize("n", [1.5, 4.0])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_element_that_grows_without_bounds_within_a_step_is_told_so(n: float, side: float) -> None:
+    hardens = (50.0, -120.0, -130.0, n)
+    assert bouc_wen_step(0.9 * side, 1.0 * side, hardens, hardens) == side * 1e100
+
+
 @pytest.mark.parametrize("samples", [1, 5])
 def test_combination_is_the_weighted_sum(samples: int) -> None:
     rng = np.random.default_rng(0)

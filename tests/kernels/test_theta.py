@@ -1,8 +1,12 @@
 """How parameters are laid out for responses."""
 
 import numpy as np
+from hypothesis import given
+from hypothesis.extra.numpy import arrays
+from hypothesis.strategies import sampled_from
 
-from mrfit.kernels.theta import along_samples, columns, evaluate, plain
+from mrfit.core.specs import Array
+from mrfit.kernels.theta import along_samples, columns, distinct, evaluate, plain
 
 THETA = np.arange(6.0).reshape(3, 2)
 
@@ -33,3 +37,10 @@ def test_plain_copies_only_what_kernels_cannot_take() -> None:
 def test_samples_come_last_and_parameters_first() -> None:
     assert along_samples(THETA).shape == (2, 3, 1)
     assert along_samples(np.zeros((3, 2, 5))).shape == (2, 3, 5)
+
+
+@given(arrays(np.float64, (7, 3), elements=sampled_from([0.0, -0.0, 1.0, np.nan])))
+def test_distinct_rows_at_their_places_are_all_rows(theta: Array) -> None:
+    first, places = distinct(theta)
+    assert theta[first][places].tobytes() == theta.tobytes()
+    assert len({row.tobytes() for row in theta}) == len(theta[first])
