@@ -42,20 +42,24 @@ def step(state: Any, before: Any, now: Any, theta: Any, dt: float, past: Any = N
 
 
 def _respond(drive: Array, theta: Array, steps: Array) -> Array:
-    """Return the output (P, N) of inputs (N, C), parameters (P, M, K), M = 1 or N, and steps (1,) or (N,) in s."""
-    varying, last = theta.shape[1] > 1, len(steps) - 1
-    inputs, parameters = drive.ravel(), theta.ravel()
-    out = np.empty((len(theta), len(drive)))
-    past = np.empty(RESERVED + OWN + len(drive) * (LATE + 1) if LATE + OWN > 0 else 0)
+    """Return the output (P, N) of inputs (D, N, C), parameters (P, M, K), M = 1 or N, and steps (1,) or (N,) in s.
+
+    D is 1, of inputs that all points share, or P.
+    """
+    varying, last, samples = theta.shape[1] > 1, len(steps) - 1, drive.shape[1]
+    parameters = theta.ravel()
+    out = np.empty((len(theta), samples))
+    past = np.empty(RESERVED + OWN + samples * (LATE + 1) if LATE + OWN > 0 else 0)
     for p in range(len(theta)):
+        inputs = drive[min(p, len(drive) - 1)].ravel()
         place = p * theta.shape[1] * len(PARAMETERS)
         now, then = row(inputs, 0, INPUTS), row(parameters, place, PARAMETERS)
         state = rest(now, then)
         if LATE + OWN > 0:
-            begun(past, len(drive), LATE, OWN)
+            begun(past, samples, LATE, OWN)
             pushed(past, state, 0.0)
         out[p, 0], state = step(state, now, now, (then, then), 0.0, past)
-        for j in range(1, len(drive)):
+        for j in range(1, samples):
             before, now, here = now, row(inputs, j * len(INPUTS), INPUTS), then
             if varying:
                 here = row(parameters, place + j * len(PARAMETERS), PARAMETERS)
@@ -89,7 +93,7 @@ def response_of(
         values = theta if theta.ndim == 3 else theta[:, :, None]
         along = np.ascontiguousarray(np.swapaxes(values, 1, 2), dtype=np.float64)
         run = _loop(spec.name, step, rest, (len(drive), len(spec.params), late, own))
-        found: Array = run(np.ascontiguousarray(drive.T, dtype=np.float64), along, np.atleast_1d(np.float64(dt)))
+        found: Array = run(np.ascontiguousarray(drive.T[None], dtype=np.float64), along, np.atleast_1d(np.float64(dt)))
         return found
 
     return response
@@ -97,13 +101,13 @@ def response_of(
 
 def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Callable[..., Array]:
     """Return the same of an effect on outputs (P, N), each vector's own."""
-    response = response_of(spec, rest, step, 0, own)
 
     def shape(output: Array, theta: Array, dt: Steps, *channels: Array) -> Array:
         """Return the changed outputs (P, N), theta (P, K), of the channels (N,) of the SPEC's inputs."""
-        return np.vstack(
-            [response(np.vstack([y, *channels]), own[None], dt) for y, own in zip(output, theta, strict=True)]
-        )
+        drive = np.stack(np.broadcast_arrays(output, *channels), axis=2)
+        run = _loop(spec.name, step, rest, (drive.shape[2], len(spec.params), 0, own))
+        changed: Array = run(drive, np.ascontiguousarray(theta[:, None]), np.atleast_1d(np.float64(dt)))
+        return changed
 
     return shape
 
