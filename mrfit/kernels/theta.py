@@ -52,7 +52,7 @@ def by_blocks(simulate: Callable[[Array], Array], samples: int, theta: Array) ->
 
 
 def distinct(theta: Array) -> tuple[Index | slice, Index | slice]:
-    """Return where each row of theta (P, K) stands first, and its place among these: theta[first][places] is theta.
+    """Return the first of equal rows of theta (P, K), and the place of each row: theta[first][places] is theta.
 
     Of the points around one, at which derivatives are taken, most differ in parameters of other parts of a model.
     """
