@@ -106,7 +106,9 @@ def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Callable[
         """Return the changed outputs (P, N), theta (P, K), of the channels (N,) of the SPEC's inputs."""
         drive = np.stack(np.broadcast_arrays(output, *channels), axis=2)
         run = _loop(spec.name, step, rest, (drive.shape[2], len(spec.params), 0, own))
-        changed: Array = run(drive, np.ascontiguousarray(theta[:, None]), np.atleast_1d(np.float64(dt)))
+        # the loop is compiled for one type and one order in memory
+        held, along = (np.ascontiguousarray(values, dtype=np.float64) for values in (drive, theta[:, None]))
+        changed: Array = run(held, along, np.atleast_1d(np.float64(dt)))
         return changed
 
     return shape

@@ -247,7 +247,7 @@ def _bouc_wen_far(z: float, share: float, travel: float, then: Shape, here: Shap
             h *= 0.9 * math.exp(0.125 * math.log(_EXACT / error))
         if h < left and share + h == share:
             # it grows without bounds before the step's end
-            z, share = math.copysign(_DIVERGED, z), 1.0
+            z, share = math.copysign(math.inf, z), 1.0
             break
         series = u1 + h * (u2 + h * (u3 + h * (u4 + h * (u5 + h * (u6 + h * (u7 + h * u8))))))
         z, share = z * (1.0 + h * series), share + h

@@ -54,7 +54,7 @@ def by_blocks(simulate: Callable[[Array], Array], samples: int, theta: Array) ->
 def distinct(theta: Array) -> tuple[Index | slice, Index | slice]:
     """Return the first of equal rows of theta (P, K), and the place of each row: theta[first][places] is theta.
 
-    Of the points around one, at which derivatives are taken, most differ in parameters of other parts of a model.
+    Derivatives are taken from many points. Most of them change parameters of another part of the model.
     """
     numbers: dict[bytes, int] = {}
     places = np.array([numbers.setdefault(row.tobytes(), len(numbers)) for row in theta])

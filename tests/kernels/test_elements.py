@@ -46,6 +46,17 @@ def test_steps_of_an_effect_are_its_filter_at_equal_steps(name: str) -> None:
     assert np.abs(acted(name, theta, EVEN) - fast).max() < 1e-9 * np.ptp(fast)
 
 
+@pytest.mark.parametrize("name", ["backlash", "degradation", "delay", "force-filter"])
+def test_outputs_in_any_order_in_memory_are_changed_each_by_its_own_parameters(name: str) -> None:
+    effect = registry.load("effect", name)
+    given = {n: (CHANNELS | {"time": T})[n] for n in effect.SPEC.inputs}
+    low, high = np.array([(p.low, p.high) for p in effect.SPEC.params]).T
+    theta = low + (high - low) * np.random.default_rng(2).uniform(0.1, 0.4, size=(3, len(low)))
+    outputs = np.array([[1.0], [-2.0], [30.0]]) * CHANNELS["velocity"]
+    each = [effect.shape(outputs[k : k + 1], given, theta[k : k + 1], EVEN)[0] for k in range(3)]
+    assert np.array_equal(effect.shape(np.asfortranarray(outputs), given, theta, EVEN), each)
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_steps_of_a_model_are_its_fast_path(name: str) -> None:
     model = registry.load("model", name)
