@@ -1,6 +1,6 @@
 """Write the page of a campaign on the second rig from its results.
 
-`python -m benchmarks.second_rig.page results.jsonl --commit COMMIT --out docs/benchmarks/second_rig.md`
+`python -m benchmarks.second_rig.page results.jsonl --commit COMMIT --remark TEXT --out docs/benchmarks/second_rig.md`
 """
 
 import json
@@ -20,11 +20,11 @@ LONG = 60.0  # s of processor time
 HEAD = """# Discovery on the second rig
 
 Made by `python -m benchmarks.second_rig --seed {seeds} --cases {cases} --out results.jsonl` and
-`python -m benchmarks.second_rig.page results.jsonl --commit COMMIT --out FILE.md`. The rig shares no code with the
-other generators: coils on a PWM under controllers, measured motions with drift and steps, faults of logs, laws of
-current that saturate. Logs are ingested and discovered by the documented commands. The code was that of commit
-{commit}. None of its rules for effects and verdicts was set on cases of this seed. Cases of this seed showed which
-other laws are slow to simulate; a discovery leaves these out and says so. Two cases ran at a time on two cores."""
+`python -m benchmarks.second_rig.page results.jsonl --commit COMMIT --remark TEXT --out FILE.md`. The rig
+shares no code with the other generators: coils on a PWM under controllers, measured motions with drift and steps,
+faults of logs, laws of current that saturate. Logs are ingested and discovered by the documented commands.
+The code was that of commit
+{commit}. {remark}"""
 
 # Measured once, on code that is no longer run
 DISTANCE = """## Distance between the benches
@@ -42,8 +42,8 @@ The distance is that from law mismatch, specimens 1000 to 1107. On specimens 300
 name the same effects in each of the 108 cases: 98 of 102 clear ones rightly."""
 
 
-def page(rows: Sequence[Row], commit: str) -> str:
-    """Return the page in Markdown."""
+def page(rows: Sequence[Row], commit: str, remark: str) -> str:
+    """Return the page in Markdown; a remark says what cases of the seed were used for, and how they ran."""
     seeds = " ".join(sorted({str(r["seed"]) for r in rows}))
     times = [r["processor_time"] for r in rows]
     long = [r for r in rows if r["processor_time"] > LONG]
@@ -60,7 +60,7 @@ def page(rows: Sequence[Row], commit: str) -> str:
         (f"above {LONG:.0f} s / of these nothing said to be left out", "– / none", f"{len(long)} / {silent}"),
     ]
     parts = [
-        HEAD.format(seeds=seeds, cases=len(rows), commit=commit),
+        HEAD.format(seeds=seeds, cases=len(rows), commit=commit, remark=remark),
         "\n".join(["| figure | must reach | reached |", "|---|---|---|", *(f"| {' | '.join(f)} |" for f in figures)]),
         "## By kind",
         table(rows, KINDS),
@@ -88,11 +88,12 @@ def main() -> None:
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("results", type=Path, nargs="+", help="results, one line of JSON a case")
     parser.add_argument("--commit", required=True, help="commit of the code that was measured")
+    parser.add_argument("--remark", required=True, help="what cases of the seed were used for, and how they ran")
     parser.add_argument("--out", type=Path, required=True, help="Markdown file to write")
     given = parser.parse_args()
     rows = [json.loads(line) for path in given.results for line in path.read_text().splitlines()]
     rows.sort(key=lambda r: (KINDS.index(r["kind"]), r["index"]))
-    given.out.write_text(page(rows, given.commit), encoding="utf-8")
+    given.out.write_text(page(rows, given.commit, given.remark), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -87,31 +87,38 @@ def response_of(
     own
         Number of its own numbers in the past; with one of these or of those a step takes the past.
     """
+    run = _laid_out(spec, rest, step, (late, own))
 
     def response(drive: Array, theta: Array, dt: Steps) -> Array:
         """Return the output (P, N) of inputs (C, N) and parameters (P, K) or (P, K, N), dt in s or (N,)."""
         values = theta if theta.ndim == 3 else theta[:, :, None]
-        along = np.ascontiguousarray(np.swapaxes(values, 1, 2), dtype=np.float64)
-        run = _loop(spec.name, step, rest, (len(drive), len(spec.params), late, own))
-        found: Array = run(np.ascontiguousarray(drive.T[None], dtype=np.float64), along, np.atleast_1d(np.float64(dt)))
-        return found
+        return run(drive.T[None], np.swapaxes(values, 1, 2), dt)
 
     return response
 
 
 def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Callable[..., Array]:
     """Return the same of an effect on outputs (P, N), each vector's own."""
+    run = _laid_out(spec, rest, step, (0, own))
 
     def shape(output: Array, theta: Array, dt: Steps, *channels: Array) -> Array:
         """Return the changed outputs (P, N), theta (P, K), of the channels (N,) of the SPEC's inputs."""
-        drive = np.stack(np.broadcast_arrays(output, *channels), axis=2)
-        run = _loop(spec.name, step, rest, (drive.shape[2], len(spec.params), 0, own))
-        # the loop is compiled for one type and one order in memory
-        held, along = (np.ascontiguousarray(values, dtype=np.float64) for values in (drive, theta[:, None]))
-        changed: Array = run(held, along, np.atleast_1d(np.float64(dt)))
-        return changed
+        return run(np.stack(np.broadcast_arrays(output, *channels), axis=2), theta[:, None], dt)
 
     return shape
+
+
+def _laid_out(spec: ModelSpec | EffectSpec, rest: Rest, step: Step, past: tuple[int, int]) -> Response:
+    """Return ``_respond`` of a model, of arrays in any order in memory; ``past`` is what it reads late and owns."""
+
+    def run(drive: Array, theta: Array, dt: Steps) -> Array:
+        # the loop is compiled for one type and one order
+        inputs, along = (np.ascontiguousarray(values, dtype=np.float64) for values in (drive, theta))
+        loop = _loop(spec.name, step, rest, (drive.shape[2], len(spec.params), *past))
+        found: Array = loop(inputs, along, np.atleast_1d(np.float64(dt)))
+        return found
+
+    return run
 
 
 @cache

@@ -222,8 +222,8 @@ class Projection:
         """Return whether the response is affine in the linear parameters: at the start, in the cube, at points (P, F).
 
         An effect that sets in somewhere, as a valve does above a force, is affine wherever it has not. That may be at
-        most places in the cube, so that it is asked at the points too. A law without effects is asked
-        in the cube only; its contract asks the rest.
+        most places in the cube, so that it is asked at the points too. A law without effects is asked in
+        the cube only; its contract asks the rest.
         """
         error, most = self._departure(self._probed)
         if not np.all(error <= most):

@@ -90,8 +90,8 @@ def test_the_page_of_a_campaign_counts_outcomes_nulls_and_long_cases() -> None:
     row |= {"base": "tanh", "waves": ["road"], "commands": ["constant"], "fault": "none", "processor_time": 10.0}
     rows = [row] * 3 + [row | {"outcome": "wrong", "case": "b", "processor_time": 70.0, "names": ["delay"]}]
     rows += [row | {"kind": "null", "hidden": {}, "outcome": "null-called", "processor_time": 80.0, "left_out": ["x"]}]
-    text = page(rows, "0a1b2c3d")
-    assert "commit\n0a1b2c3d." in text
+    text = page(rows, "0a1b2c3d", "Cases of this seed are fresh.")
+    assert "commit\n0a1b2c3d. Cases of this seed are fresh.\n" in text
     assert "| right | ≥ 88 % | 60.0 % (3/5; 95 %: 14.7 to 94.7) |" in text
     assert "| wrong name | ≤ 1 % | 20.0 % (1/5;" in text and "| nulls called anything | ≤ 2 % | 100.0 % (1/1;" in text
     assert "| least of a kind: right | ≥ 75 % | 0 % (null) |" in text
