@@ -56,6 +56,8 @@ def distinct(theta: Array) -> tuple[Index | slice, Index | slice]:
 
     Derivatives are taken from many points. Most of them change parameters of another part of the model.
     """
+    if len(theta) == 1:
+        return slice(None), slice(None)
     numbers: dict[bytes, int] = {}
     places = np.array([numbers.setdefault(row.tobytes(), len(numbers)) for row in theta])
     if len(numbers) == len(theta):
