@@ -7,6 +7,9 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 
+# Greatest number of a law, in its unit: far above what any damper gives, and its force is finite
+LARGEST_OF_LAW = 1e12
+
 
 @dataclass(frozen=True)
 class Law:
@@ -53,15 +56,15 @@ def law_of(text: str) -> Law:
     ConfigError
         If it is none.
     """
+    written = [item.partition("=")[::2] for item in text.split(",")]
     values: dict[str, float] = {}
-    for item in text.split(","):
-        name, _, value = item.partition("=")
+    for name, value in written:
         try:
             values[name.strip()] = float(value)
         except ValueError:
             values["?"] = 0.0
     known = set(values) <= {"c", "k", "skyhook"} and ("skyhook" in values) != ("c" in values)
-    if not known or not all(np.isfinite(v) for v in values.values()):
+    if not known or len(values) < len(written) or not all(abs(v) <= LARGEST_OF_LAW for v in values.values()):
         raise ConfigError(f"--law takes c=N*s/m, k=N/m,c=N*s/m or skyhook=N*s/m, not '{text}'")
     skyhook = "skyhook" in values
     return Law(text, values["skyhook" if skyhook else "c"], values.get("k", 0.0), skyhook)

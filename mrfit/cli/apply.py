@@ -13,7 +13,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.grouping import grouped
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
-from mrfit.settings import ingest, shared
+from mrfit.settings import forms, ingest, shared
 from mrfit.settings.apply import Amplifier, CoilDrive
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def motions_of(
     from mrfit.apply import motion
 
     if bool(logs) == bool(sine):
-        raise ConfigError("give logs whose motion to take, or --sine HZ:M")
+        raise ConfigError(f"give logs whose motion to take, or --sine HZ:M{', not both' if sine else ''}")
     if sine:
         frequency, amplitude, cycles = motion.written_sine(sine, "M")
         return [motion.sine(frequency, amplitude, cycles, dt, damper.output)]
@@ -215,8 +215,8 @@ def track(
 
     if not law and not desired:
         raise ConfigError("give a desired force: --law c=2e4, or --desired FILE")
-    laws = [law_of(text) for text in law or []]
-    schemes = list(dict.fromkeys(s.strip() for s in scheme.split(",")))
+    laws = [law_of(text) for text in dict.fromkeys(law or [])]
+    schemes = list(dict.fromkeys(forms.names(scheme) or [""]))
     damper = damper_named(work, fit)
     answers = damper_named(work, plant) if plant else damper
     motions = motions_of(logs, sine, dt, reading.map, damper)
@@ -277,7 +277,7 @@ def quarter_car(
         str, typer.Option(help="Roads by commas: bump, A, B, C, D (ISO 8608), sweep.")
     ] = "bump,A,B,C,D,sweep",
     speed: Annotated[
-        float | None, typer.Option(help="Speed in m/s; default: 15 km/h on the bump, 20 m/s else.", min=0.1)
+        float | None, typer.Option(help="Speed in m/s; default: 15 km/h on the bump, 20 m/s else.", min=0.1, max=200.0)
     ] = None,
     duration: Annotated[
         float | None, typer.Option(help="Of each road in s; default: 3 on the bump, 10 else.", min=1.0, max=300.0)
@@ -304,9 +304,8 @@ def quarter_car(
     from mrfit.apply.car import CONTROLS, Car, Control, Timing
     from mrfit.apply.roads import road as road_of
 
-    names = [n.strip() for n in control.split(",")] if control else list(CONTROLS)
-    controls = [Control(n, damping, share) for n in dict.fromkeys(names)]
-    roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
+    controls = [Control(n, damping, share) for n in dict.fromkeys(forms.names(control) or CONTROLS)]
+    roads = [road_of(n, speed, duration, seed) for n in dict.fromkeys(forms.names(road) or [""])]
     car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
     damper = damper_named(work, fit)
     study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)

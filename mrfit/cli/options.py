@@ -1,6 +1,7 @@
 """Options of commands: those that settings classes define, and those that belong to the command line alone."""
 
 import inspect
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -243,10 +244,24 @@ def _argument(name: str, hint: Any, written: object, values: Mapping[str, Any]) 
     """Return the argument for one parameter of a command, from the values of its options."""
     fields = _fields(name, hint, written)
     if not fields:
-        return values[name]
+        return _finite(name, hint, values[name])
     found = {f.name: value_of(f, values[flag_of(f)]) for f in fields}
     kind: Any = get_args(hint)[0] if get_origin(hint) is Annotated else hint
     return kind(**found) if is_dataclass(kind) else found[name]  # type: ignore[operator]
+
+
+def _finite(name: str, hint: Any, value: object) -> object:
+    """Return the value of an option that typer alone reads.
+
+    Raises
+    ------
+    ConfigError
+        If it is a number that is not finite.
+    """
+    if isinstance(value, float) and not math.isfinite(value):
+        declared = [d for one in get_args(hint) for d in getattr(one, "param_decls", None) or ()]
+        raise ConfigError(Setting("").refusal((declared or [f"--{name.replace('_', '-')}"])[0], value))
+    return value
 
 
 def value_of(field: SettingField, written: Any) -> Any:

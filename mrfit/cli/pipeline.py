@@ -123,6 +123,10 @@ def fit(
         return {**to_json(made), "notes": notes}
 
 
+def _given(value: Any) -> Any:
+    return "not given" if value is None else value
+
+
 def _settings_of(replaced: Fit | DiscoveryFile | OptimizersFile | None) -> dict[str, Any]:
     """Return the settings of the result that a command is to replace, empty where there is none."""
     return replaced.settings if replaced else {}
@@ -131,7 +135,11 @@ def _settings_of(replaced: Fit | DiscoveryFile | OptimizersFile | None) -> dict[
 def _replaced(what: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     """Return the note that a result took the place of one made with other settings, if it did."""
     old, new = plain(dict(before)), plain(dict(after))
-    changed = [f"{k} {old[k]} -> {new[k]}" for k in old if k in new and k not in ("jobs", "name") and old[k] != new[k]]
+    changed = [
+        f"{k} {_given(old[k])} -> {_given(new[k])}"
+        for k in old
+        if k in new and k not in ("jobs", "name") and old[k] != new[k]
+    ]
     return [f"replaced {what}, made with other settings: {', '.join(changed)}"] if changed else []
 
 
@@ -266,7 +274,8 @@ def predict(
     settings, notes = _read_as_fitted(workspace, logs, settings)
     with workspace.aside() as other:
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
-        mrfit.flux.stage.run(other, flux_to_predict(workspace, settings.resistance), progress)
+        if "flux" in (found.output, *found.inputs):
+            mrfit.flux.stage.run(other, flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         trained = kept.trained_on(workspace, found)

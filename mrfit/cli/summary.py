@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrfit.core.counting import number_of
+from mrfit.core.recording import WRONG
 
 if TYPE_CHECKING:
     from mrfit.ingest.stage import Preview
@@ -53,7 +54,7 @@ def fit(summary: Summary, work: Path) -> str:
     else:
         parts.append(f"{len(results)} sets of parameters")
     if warnings := [*summary["warnings"], *(w for r in results for w in r["warnings"])]:
-        wrong = [w["text"].partition(": ")[0] for w in warnings if w["kind"] in ("velocity-differs", "sign")]
+        wrong = [w["text"].partition(": ")[0] for w in warnings if w["kind"] in WRONG]
         parts.append(number_of("warning", len(warnings)) + (f" ({'; '.join(wrong)})" if wrong else ""))
     return f"Fit {summary['name']}: {', '.join(parts)}; {work / 'fits' / summary['name']}"
 

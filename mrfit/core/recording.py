@@ -44,6 +44,10 @@ class Finding:
     text: str
 
 
+WRONG = ("velocity-differs", "sign", "outlier", "away-from-zero")
+"""Kinds of findings that change what is fitted: a channel in a wrong unit, turned round, garbled or far from zero."""
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
     """One log on a uniform time base, in SI units.

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from mrfit.core.counting import number_of
-from mrfit.core.recording import Recording, Segment
+from mrfit.core.recording import WRONG, Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.identify import measured_output
 from mrfit.io.dataset import Dataset
@@ -124,12 +124,8 @@ def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> l
     return found
 
 
-WRONG = ("velocity-differs", "sign")
-"""Kinds of findings of a channel in a wrong unit or turned round: they scale what is fitted."""
-
-
 def doubtful_channels(recordings: Sequence[Recording], channels: Collection[str]) -> list[Caution]:
-    """Return a warning for each channel, of those a model uses, that ingest found in a wrong unit or turned round."""
+    """Return a warning for each channel, of those a model uses, of which ingest found what would change the fit."""
     found: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for recording in recordings:
         for finding in recording.findings:

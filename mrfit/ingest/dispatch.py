@@ -111,6 +111,9 @@ def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
         if path.is_dir():
             found = sorted(path.rglob("*"))
             made = {p.parent for p in found if p.name == "ingest.json" and (p.parent / "recordings").is_dir()}
+            if path in made:
+                said = "a workspace, which mrfit wrote (ingest.json), not a folder of logs"
+                raise Refusal(path, said, "name another folder, or the logs themselves")
             inside = [p for p in found if made.isdisjoint(p.parents) and _is_file(p) and _is_log(p, path)]
             if not inside:
                 raise Refusal(path, "no log in this folder", "name a folder with logs, or the logs themselves")

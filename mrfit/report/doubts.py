@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mrfit.core.grouping import grouped
+from mrfit.core.recording import WRONG
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
 from mrfit.report.source import ReportSource
 
 PHYSICAL = (
-    "velocity-differs",
-    "sign",
+    *WRONG,
     "condition-differs",
     "unit-assumed",
     "ambiguous-channel",

@@ -345,9 +345,10 @@ def _matching(segments: Sequence[Segment], term: str, conditions: Sequence[str])
     else:
         found = [s for s in segments if fnmatch.fnmatchcase(s.condition, term)]
     if not found:
+        point = "; decimals have a point" if term.isdigit() else ""
         raise ConfigError(
-            f"--holdout '{term}' matches no condition; there are {few(conditions)} (give auto, none, a pattern on "
-            f"these names, {'|'.join(QUANTITIES)}=VALUE in SI units, or after=SECONDS)"
+            f"--holdout '{term}' matches no condition{point}; there are {few(conditions)} (give auto, none, a pattern "
+            f"on these names, {'|'.join(QUANTITIES)}=VALUE in SI units, or after=SECONDS)"
         )
     return found
 

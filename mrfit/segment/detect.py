@@ -1,15 +1,17 @@
 """Find in one recording what is under test: the drive channel and the segments of steady or irregular excitation."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import EXCITATIONS, LEVEL_CHANNELS
+from mrfit.core.channels import EXCITATIONS, LEVEL_CHANNELS, unit_of
 from mrfit.core.counting import number_of
 from mrfit.core.recording import LEAD_IN, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
+from mrfit.segment.conditions import LEAST_CURRENT, SAME_TEST_AMPLITUDE, SAME_TEST_FREQUENCY
 from mrfit.segment.excitation import cycles_of, waveform_of
 from mrfit.segment.stuck import around, stuck_stretches
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
@@ -23,8 +25,10 @@ MOVED_DRIVES = ("displacement", "velocity", "angle", "angular_velocity")
 IRREGULAR_SHARE = 0.2
 FEWEST_CYCLE_SAMPLES = 100
 HELD_SHARE = 0.05
-# Deviation in A below which a current is held whatever its mean: one code of a converter, at no current
-STILL_CURRENT = 1e-3
+# Deviation in A below which a current is held whatever its mean: pickup, ripple and drift of a probe, at no current
+STILL_CURRENT = 0.01
+# Share of the amplitude by which the middle of like stretches of one recording moves where the motion drifts
+MIDDLE_MOVES = 0.02
 # How much more departure is accepted in an unsteady recording, and how much more of it that must find.
 UNSTEADY = 3.0
 GAIN = 1.3
@@ -268,6 +272,26 @@ def _too_few(
     return [f"{recording.id}: {number_of('cycle', cycles)} of {frequency:.3g} Hz, fewer than {few}: {what}; {remedy}"]
 
 
+def _drift(name: str, drive: str, stretches: Sequence[Segment]) -> list[str]:
+    """Return a sentence where the stretches of a recording are one steady motion whose middle moves."""
+    if len(stretches) < 2:
+        return []
+    first, middles = stretches[0], [s.offset for s in stretches]
+    alike = all(
+        math.isclose(s.frequency, first.frequency, rel_tol=SAME_TEST_FREQUENCY)
+        and math.isclose(s.amplitude, first.amplitude, rel_tol=SAME_TEST_AMPLITUDE)
+        and np.isclose(s.current, first.current, rtol=0.0, atol=LEAST_CURRENT, equal_nan=True)
+        for s in stretches
+    )
+    if not alike or max(middles) - min(middles) < MIDDLE_MOVES * first.amplitude:
+        return []
+    cycles = number_of("cycle", sum(s.cycles for s in stretches))
+    return [
+        f"{name}: the middle of {drive} drifts from {middles[0]:.4g} to {middles[-1]:.4g} {unit_of(drive)}: cut into "
+        f"{len(stretches)} stretches, {cycles} in all; a log without the drift stays whole"
+    ]
+
+
 def _single_sine(values: Array, dt: float) -> float:
     """Return the frequency in Hz of a signal (N,) that is one to two cycles of a sine, else 0."""
     window = values[:: max(1, len(values) // 500)]
@@ -292,6 +316,7 @@ def _said(recording: Recording, drive: str, segments: Sequence[Segment], kept: i
         said.append(
             f"{recording.id}: {recording.samples - kept} of {recording.samples} samples cut as transients or rest"
         )
+    said += _drift(recording.id, drive, [s for s in segments if s.cycles])
     # A file name states one condition; a log of several is no contradiction to it.
     stated = recording.condition if len({round(s.frequency, 2) for s in segments}) == 1 else {}
     for name in ("frequency", "amplitude"):

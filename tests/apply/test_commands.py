@@ -147,8 +147,9 @@ def test_what_is_not_drawn_has_no_words(command: Command, work: Path) -> None:
 
 def test_track_says_what_the_lag_costs(command: Command, work: Path) -> None:
     code, said = command(
-        "track", "--fit", "lagging", "--sine", "2:0.01:1", "--dt", "0.002", "--law", "c=1e4", "--law", "k=-5e4,c=1e4"
-    )
+        "track", "--fit", "lagging", "--sine", "2:0.01:1", "--dt", "0.002", "--law", "c=1e4", "--law", "k=-5e4,c=1e4",
+        "--law", "c=1e4",
+    )  # fmt: skip
     assert code == 0 and "The lag costs uninverted" in said
     page, content = page_of(work, "track")
     cases = content["cases"]
@@ -199,11 +200,19 @@ def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path)
         (("invert", "--fit", "plain", "--sine", "1:0.01"), 1, "give a law (--law) or a file (--desired)"),
         (("invert", "--fit", "plain", "--sine", "1:0.01", "--law", "x=1"), 2, "--law takes"),
         (("invert", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1", "--voltage", "5"), 2, "add --inductance"),
+        (("invert", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1,c=2"), 2, "--law takes"),
+        (("invert", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1e308"), 2, "--law takes"),
+        (("invert", "--fit", "plain", "a.csv", "--sine", "1:0.01"), 2, "not both"),
         (("track", "--fit", "plain", "--sine", "1:0.01"), 2, "give a desired force"),
+        (("track", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1", "--scheme", ","), 2, "--scheme takes"),
         (("track", "--fit", "plain", "--sine", "1:0.01", "--law", "c=1", "--scheme", "luck"), 2, "--scheme takes"),
         (("quarter-car", "--fit", "plain", "--road", "moon"), 2, "--road takes"),
         (("quarter-car", "--fit", "plain", "--control", "luck"), 2, "--control takes"),
+        (("quarter-car", "--fit", "plain", "--road", ""), 2, "--road takes"),
         (("quarter-car", "--fit", "plain", "--sprung", "-1"), 2, "--sprung takes a number above 0, not -1"),
+        (("quarter-car", "--fit", "plain", "--sprung", "inf"), 2, "--sprung takes a finite number, not inf"),
+        (("quarter-car", "--fit", "plain", "--damping", "inf"), 2, "--damping takes a finite number, not inf"),
+        (("invert", "--fit", "plain", "--sine", "1:0.01", "--dt", "nan"), 2, "--dt"),
         (("flux-command", "--fit", "coil", "--resistance", "2"), 2, "give a wanted flux"),
         (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "5"), 2, "--sine takes HZ:WB"),
         (("flux-command", "--fit", "coil", "--resistance", "2", "--sine", "5:0"), 2, "above 0, not '5:0'"),

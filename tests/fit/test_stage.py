@@ -211,8 +211,10 @@ def test_what_ingest_found_wrong_is_told_of_channels_that_the_model_uses() -> No
     logs = [
         replace(log("a"), findings=(found("sign", "force"), found("clipped", "force"), found("sign", "angle"))),
         replace(log("b"), findings=(found("sign", "force"), found("velocity-differs", "velocity"))),
+        replace(log("c"), findings=(found("outlier", "force"), found("offset", "force"))),
     ]
     assert [(w.kind, w.text) for w in doubtful_channels(logs, {"force", "velocity"})] == [
-        ("sign", "force sign (a, and 2 of 2 logs in all)"),
-        ("velocity-differs", "velocity velocity-differs (b, and 1 of 2 logs in all)"),
+        ("sign", "force sign (a, and 2 of 3 logs in all)"),
+        ("velocity-differs", "velocity velocity-differs (b, and 1 of 3 logs in all)"),
+        ("outlier", "force outlier (c, and 1 of 3 logs in all)"),
     ]

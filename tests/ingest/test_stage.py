@@ -50,6 +50,21 @@ def test_folder_becomes_recordings_and_a_summary(logs: Path, workspace: Workspac
     assert not list(workspace.root.glob(".ingest-*"))
 
 
+def test_a_workspace_that_is_the_folder_of_the_logs_is_refused_and_left_alone(
+    logs: Path, workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = _tree(logs)
+    monkeypatch.chdir(logs)
+    for path, work in ((logs, logs), (Path("."), logs), (logs, Path("."))):
+        with pytest.raises(ConfigError, match="is the folder of the logs: name another"):
+            run([path], Settings(), Workspace(work))
+    assert _tree(logs) == before
+    # logs named one by one may lie beside what is made of them, and then the folder says what it is
+    run([logs / "log.csv"], Settings(), Workspace(logs))
+    with pytest.raises(DataError, match="a workspace, which mrfit wrote"):
+        run([logs], Settings(), workspace)
+
+
 def test_nothing_is_done_twice(logs: Path, workspace: Workspace) -> None:
     run([logs], Settings(), workspace)
     before = {p: p.stat().st_mtime_ns for p in workspace.root.rglob("*")}

@@ -184,7 +184,13 @@ def test_conditions_are_held_out_as_asked(holdout: str, held: set[str]) -> None:
 
 @pytest.mark.parametrize(
     ("holdout", "words"),
-    [("sine-7Hz-*", "sine-1Hz-1A"), ("current=x", "number"), ("*", "nothing to train on"), ("current=9", "matches no")],
+    [
+        ("sine-7Hz-*", "sine-1Hz-1A"),
+        ("current=x", "number"),
+        ("*", "nothing to train on"),
+        ("current=9", "matches no"),
+        ("current=1,5", "point"),
+    ],
 )
 def test_a_choice_that_cannot_be_is_refused(holdout: str, words: str) -> None:
     with pytest.raises(ConfigError, match=words):

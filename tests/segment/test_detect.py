@@ -1,9 +1,12 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
 from mrfit.segment.detect import Detection, detect, drive_channel
 from tests.flux.records import recording
 
@@ -120,6 +123,43 @@ def test_a_current_of_zero_that_flickers_by_one_code_is_held() -> None:
     log = recording("log", 1e-3, {"displacement": sine(9, 200), "current": current})
     (segment,) = found(log, "displacement").segments
     assert (segment.cycles, segment.current) == (8, pytest.approx(0.0, abs=1e-6))
+
+
+@pytest.mark.parametrize(
+    "disturbance",
+    [
+        lambda t, rng: 0.01 * np.sin(2 * np.pi * 50.0 * t),
+        lambda t, rng: 0.01 * np.sin(2 * np.pi * 10.0 * t),
+        lambda t, rng: 0.002 * t + 0.003 * np.sin(t),
+        lambda t, rng: rng.normal(0.0, 0.006, len(t)),
+        lambda t, rng: np.maximum(rng.normal(0.0, 0.01, len(t)), 0.0),
+    ],
+    ids=["pickup", "ripple", "drift", "noise", "cut at zero"],
+)
+def test_no_current_is_held_whatever_disturbs_its_probe(disturbance: Callable[..., Array]) -> None:
+    t = 1e-3 * np.arange(1800)
+    current = disturbance(t, np.random.default_rng(4))
+    log = recording("log", 1e-3, {"displacement": sine(9, 200), "current": current, "force": sine(9, 200)})
+    (segment,) = found(log, "displacement").segments
+    assert segment.current == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_small_current_that_is_switched_is_not_held() -> None:
+    current = 0.05 * (np.arange(1800) // 50 % 2)
+    log = recording("log", 1e-3, {"displacement": sine(9, 200), "current": current, "force": sine(9, 200)})
+    assert all(np.isnan(s.current) for s in found(log, "displacement").segments)
+
+
+def test_a_motion_whose_middle_drifts_is_said_to_be_cut() -> None:
+    t = np.arange(12_000) / 12_000
+    log = recording("log", 1e-3, {"displacement": 0.01 * sine(12, 1000) + 0.064 + 0.0018 * t})
+    detection = found(log, "displacement")
+    assert len(detection.segments) > 1
+    (said,) = [f for f in detection.findings if "drifts" in f]
+    assert said.startswith("log: the middle of displacement drifts from 0.06") and " m: cut into " in said
+    # another amplitude is another test
+    two = np.concatenate([0.01 * sine(6, 1000), 0.005 * sine(6, 1000) + 0.002])
+    assert not any("drifts" in f for f in found(recording("log", 1e-3, {"displacement": two}), "displacement").findings)
 
 
 def test_a_current_that_is_not_held_is_no_level() -> None:

@@ -29,6 +29,7 @@ CUT_DEPTH, CUT_TAIL = 0.2, 2.2
 OUTLIER, MECHANICAL_OUTLIER = 1000.0, 100.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
+POSITIONS = ("displacement", "angle")
 MECHANICAL = ("displacement", "velocity", "force", "angle", "torque")
 ALTERNATING = ("displacement", "velocity", "force", "current", "voltage", "flux", "angle", "torque")
 
@@ -94,7 +95,10 @@ def _channel(name: str, values: Array, dt: float, about_zero: Set[str]) -> Itera
     if name in about_zero and offset > OFFSET_SHARE * half and not _held(values, half / abs(middle)):
         unit = f" {unit_of(name)}".rstrip()
         text = f"{name} swings by ±{half:.4g}{unit} about {middle:.4g}{unit}, not about zero"
-        yield Finding("offset", name, None, text)
+        if name in POSITIONS and abs(middle) > half:
+            yield Finding("away-from-zero", name, None, f"{text}, from where models count: `offset` in a map moves it")
+        else:
+            yield Finding("offset", name, None, text)
 
 
 def _outlier(name: str, values: Array, middle: float, dt: float) -> Finding | None:
@@ -115,7 +119,8 @@ def _outlier(name: str, values: Array, middle: float, dt: float) -> Finding | No
     are = "samples lie" if alone[-1] > 1 else "sample lies"
     text = (
         f"{alone[-1]} {are} {far[alone[-1] - 1] / usual[alone[-1]]:.2g} times as far from the median of {name} as all "
-        f"others, the first is {values[first]:.6g} at {first * dt:.6g} s: a garbled number or an overflow"
+        f"others, the first is {values[first]:.6g} at {first * dt:.6g} s: a garbled number or an overflow, kept; "
+        "empty its cell to have it interpolated"
     )
     return Finding("outlier", name, first * dt, text)
 

@@ -108,6 +108,12 @@ def test_offset_is_said_of_alternating_channels_only() -> None:
     assert _kinds(current=SINE + 0.5, temperature=SINE + 40.0) == [("offset", "current")]
 
 
+def test_a_position_that_never_passes_zero_is_said_with_what_moves_it() -> None:
+    assert _kinds(displacement=SINE + 0.5) == [("offset", "displacement")]
+    assert _kinds(displacement=SINE + 6.0) == [("away-from-zero", "displacement")]
+    assert _kinds(current=SINE + 6.0) == [("offset", "current")]
+
+
 def test_current_of_a_damper_is_never_about_zero() -> None:
     assert ("offset", "current") not in _kinds(current=SINE + 1.5, force=100.0 * SINE)
     assert ("offset", "force") in _kinds(current=SINE + 1.5, force=100.0 * SINE + 80.0)
@@ -147,17 +153,17 @@ def test_a_held_level_that_carries_noise_or_ripple_swings_about_nothing(level: f
     assert _kinds(voltage=level * (1.0 + 0.01 * SINE)) == []
 
 
-@pytest.mark.parametrize("swing", [0.03, 0.3, 3.0])
-def test_a_swing_about_a_level_is_an_offset_even_under_noise(swing: float) -> None:
+@pytest.mark.parametrize(("swing", "kind"), [(0.03, "away-from-zero"), (0.3, "away-from-zero"), (3.0, "offset")])
+def test_a_swing_about_a_level_is_an_offset_even_under_noise(swing: float, kind: str) -> None:
     noise = np.random.default_rng(0).normal(0.0, 0.1 * swing, len(T))
-    assert _kinds(displacement=1.0 + swing * SINE + noise) == [("offset", "displacement")]
+    assert _kinds(displacement=1.0 + swing * SINE + noise) == [(kind, "displacement")]
 
 
 def test_a_random_motion_whose_ends_are_not_alike_swings_about_zero() -> None:
     bump = np.exp(-0.5 * ((T - T.mean()) / (0.02 * np.ptp(T))) ** 2)
     motion = 0.3 * SINE + bump - bump.mean()
     assert _kinds(displacement=motion) == []
-    assert _kinds(displacement=motion + 0.6) == [("offset", "displacement")]
+    assert _kinds(displacement=motion + 0.6) == [("away-from-zero", "displacement")]
 
 
 def test_a_long_recording_is_judged_over_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
