@@ -356,6 +356,8 @@ def explain(error: Exception) -> tuple[str, int]:
         return f"{error}", 1
     from mrfit.core import plugins
 
+    if told := plugins.said_by_compiler(error):
+        return told, 1
     if place := plugins.place_of(error):
         return f"{place}: {type(error).__name__}: {error}; mend the plug-in (--debug shows more)", 1
     return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1

@@ -8,12 +8,13 @@ functions decorated in a script or notebook. Nothing else is ever run: no file b
 import hashlib
 import importlib
 import inspect
+import itertools
 import os
 import re
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
 
 from mrfit.core.arguments import check_arguments
 from mrfit.core.built_in import KINDS, Kind, own_module, own_names
+from mrfit.core.counting import few
 from mrfit.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -134,10 +136,11 @@ def _of_entry(kind: Kind, entry: "EntryPoint") -> Plugin:
     @cache
     def load() -> Any:
         try:
-            item = entry.load()
+            with redirect_stdout(sys.stderr):
+                item = entry.load()
         except ConfigError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise ConfigError(f"{where}: {_of_import(error)}; mend or uninstall the package") from error
         check(item, kind, where)
         if item.SPEC.name != entry.name:
@@ -239,8 +242,10 @@ def _run(path: Path, source: bytes) -> None:
     before = sys.modules.get(module.__name__)
     sys.modules[module.__name__] = module
     try:
-        exec(compile(source, str(path), "exec", dont_inherit=True), module.__dict__)
-    except Exception as error:
+        # standard output may be one JSON document
+        with redirect_stdout(sys.stderr):
+            exec(compile(source, str(path), "exec", dont_inherit=True), module.__dict__)
+    except (Exception, SystemExit) as error:
         sys.modules.pop(module.__name__)
         if before:
             sys.modules[module.__name__] = before
@@ -260,14 +265,26 @@ def place_of(error: BaseException) -> str:
     return ""
 
 
-def _line_of(error: Exception, path: Path) -> str:
+def said_by_compiler(error: BaseException) -> str:
+    """Return why the functions of a plug-in cannot be compiled, and where if that is known; empty of another error."""
+    if not (_store.files and type(error).__module__ == "numba.core.errors"):
+        return ""
+    lines = [line for line in str(error).splitlines() if not line.startswith("Failed in nopython mode")]
+    why = " ".join(itertools.takewhile(lambda line: line.strip() and not line.startswith("During:"), lines))
+    places = re.findall(r" at (\S.*) \((\d+)\)$", str(error), re.MULTILINE)
+    own = [f"{path}, line {line}" for path, line in places if Path(path) in _store.files]
+    where = own[0] if own else few(sorted(_store.files))
+    return f"{where}: cannot be compiled: {why}; mend the plug-in (--debug shows more)"
+
+
+def _line_of(error: BaseException, path: Path) -> str:
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return f", line {error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
     return f", line {lines[-1]}" if lines else ""
 
 
-def _of_import(error: Exception) -> str:
+def _of_import(error: BaseException) -> str:
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     return f"{type(error).__name__}: {' '.join(text.split())}"
 

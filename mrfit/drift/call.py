@@ -56,11 +56,13 @@ class UnitComparison:
     def save(self, folder: PathText) -> DriftFile:
         """Write drift.html, drift.csv and drift.json into a folder, and drawn units into its folder ssv."""
         root = Path(folder)
+        # nothing is written where no units can be drawn
+        drawn = list(sets_of_units(self.trends, self.content.draws, self.content.seed))
         files = [root / name for name in ("drift.html", "drift.csv", "drift.json")]
         write_text(files[0], page.render(self.content, self.trends))
         write_text(files[1], csv_table(page.CSV_COLUMNS, page.table_cells(self.content)))
         write_json(files[2], self.content)
-        for name, content in sets_of_units(self.trends, self.content.draws, self.content.seed):
+        for name, content in drawn:
             write_atomic(root / "ssv" / name, partial(Path.write_bytes, data=content))
         files += [root / "ssv"] * bool(self.content.draws)
         return replace(self.content, files=[str(p) for p in files])

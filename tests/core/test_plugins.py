@@ -1,6 +1,7 @@
 """Items from outside the package: found by name, named in a clash, part of keys, and run only if named."""
 
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mrfit.cli import console
 from mrfit.core import plugins, registry
 from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import silent
@@ -17,6 +19,7 @@ from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.discover.evidence.bench import effects_for
 from mrfit.errors import ConfigError
 from mrfit.io.keys import discovery_key, fit_key, plugins_used
+from mrfit.kernels.jit import kernel
 from mrfit.kernels.theta import columns
 from mrfit.simulate.assembly import assemble
 from tests.plugin_files import EXAMPLE, install
@@ -31,6 +34,7 @@ def law(drive, theta, dt):
     """A dashpot."""
     return {factor} * theta[:, :1] * drive[0]
 '''
+DASHPOT = MODEL.format(name="dashpot", factor=1)
 SETTINGS = {"model": "dashpot", "optimizer": "auto", "jobs": 1}
 Write = Callable[..., Path]
 
@@ -168,6 +172,7 @@ def test_a_name_taken_within_one_file_is_an_error(write: Write) -> None:
     [
         ("x = 1\ny = 1 / 0\n", r"own.py, line 2: ZeroDivisionError: division by zero; mend the plug-in"),
         ("x = (\n", r"own.py, line 1: SyntaxError: '\(' was never closed; mend"),
+        ("raise SystemExit(7)\n", r"own.py, line 1: SystemExit: 7; mend the plug-in"),
         ("import nowhere\n", r"own.py, line 1: ModuleNotFoundError: No module named 'nowhere'; mend"),
         ("x = 1\n", r"own.py: no model, effect, optimizer or reader in it; give it a SPEC"),
         ("SPEC = 1\n", r"own.py: no SPEC; it is a ModelSpec"),
@@ -201,6 +206,30 @@ def test_a_wrong_file_ends_in_one_line_and_can_be_mended(write: Write, text: str
     assert plugins.of_files() == []
     plugins.use(write())
     assert "dashpot" in registry.names("model")
+
+
+def test_what_a_file_prints_is_not_in_the_output(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    plugins.use(write("print('hello')\n" + DASHPOT))
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err) == ("", "hello\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("return nothing + state", r"own.py: cannot be compiled: NameError: name 'nothing' is not defined; mend the"),
+        ("a, b = (state,)", r"own.py, line 2: cannot be compiled: .*wrong tuple length.*; mend the plug-in"),
+    ],
+)
+def test_a_step_that_cannot_be_compiled_is_one_line(write: Write, line: str, told: str) -> None:
+    path = write(f"def step(state):\n    {line}\n\n\n" + DASHPOT)
+    plugins.use(path)
+    step = sys.modules["mrfit_plugin_own"].step
+    with pytest.raises(Exception) as error:  # noqa: PT011  # numba's own
+        kernel(step, kept=False)(1.0)
+    said, code = console.explain(error.value)
+    assert code == 1 and re.search(told, said) and "\n" not in said
+    assert plugins.said_by_compiler(ValueError("no error of a compiler")) == ""
 
 
 @pytest.mark.parametrize(("name", "told"), [("none.py", "cannot be read"), ("own.txt", "give a Python file")])

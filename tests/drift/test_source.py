@@ -145,6 +145,7 @@ def test_units_are_drawn_as_the_fits_scatter(batch: Path) -> None:
     assert 0.6 * error < np.subtract(*np.percentile(forces, [75, 25])) / 1.35 < 2.0 * error
     refused = commands.text(batch, "drift", "fleet/batch.parquet", "--draws", "3", "--out", "none")
     assert refused.returncode == 2 and "it takes fits (no tables)" in refused.stderr
+    assert not (batch / "none").exists()
 
 
 def test_what_cannot_be_compared_is_one_line(batch: Path, tmp_path: Path) -> None:
