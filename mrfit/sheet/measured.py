@@ -276,7 +276,7 @@ def _measured(recording: Recording, segment: Segment, unit: str, settings: Setti
         cycles=cycles.count,
         samples_per_cycle=cycles.per_cycle,
         noise=cycles.noise,
-        quantities=[quantity_row(q) for q in found],
+        quantities=[quantity_row(q, doubt_of(recording)) for q in found],
         findings=[*findings, *(f.text for f in recording.findings)],
     )
     course = CycleCourse(unit, segment.condition, by_name["Fmax+"].cycles, temperature)
@@ -371,8 +371,14 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
     )
 
 
-def quantity_row(one: Quantity) -> QuantityRow:
-    """Return a quantity as its row."""
+def doubt_of(recording: Recording) -> str:
+    """Return what was cut off or garbled in the force or the stroke, whose intervals are then not known."""
+    measured = (f for f in recording.findings if f.channel in ("force", "displacement"))
+    return next((f.text for f in measured if f.kind in ("clipped", "outlier")), "")
+
+
+def quantity_row(one: Quantity, doubt: str = "") -> QuantityRow:
+    """Return a quantity as its row, without an interval where there is a doubt."""
     unit, found = SHEET_QUANTITIES[one.name][0], one.estimate
     if found is None:
         return QuantityRow(name=one.name, unit=unit, reason=one.reason)
@@ -381,10 +387,11 @@ def quantity_row(one: Quantity) -> QuantityRow:
         name=one.name,
         unit=unit,
         value=found.value,
-        low=_finite(found.low),
-        high=_finite(found.high),
+        low=None if doubt else _finite(found.low),
+        high=None if doubt else _finite(found.high),
+        reason=doubt,
         cycles=[float(v) for v in found.cycles],
-        noise=_finite(found.noise),
+        noise=None if doubt else _finite(found.noise),
         slope=slope.get("value"),
         slope_low=slope.get("low"),
         slope_high=slope.get("high"),

@@ -13,6 +13,7 @@ from mrfit.io.schemas.sheet import QuantityRow, SheetCondition
 from mrfit.measure.intervals import ConfidenceInterval, Estimate, known
 from mrfit.measure.quantity import SHEET_QUANTITIES, Quantity
 from mrfit.settings.sheet import Settings
+from mrfit.sheet.limits import Limit, LimitsFile, verdicts
 from mrfit.sheet.measured import Measurements, measured, quantity_row, unit_of
 from tests.measure.rigs import of_rig, recording
 from tests.measure.test_bilinear import growing
@@ -39,6 +40,26 @@ def beside(rig: Rig = GAS, name: str = "a", condition: dict[str, float] | None =
     more = {n: np.broadcast_to(np.asarray(v, dtype=np.float64), force.shape).copy() for n, v in levels.items()}
     made = recording(name, 1.0 / rig.rate, displacement=displacement, force=force, **more)
     return replace(made, condition=condition or {})
+
+
+@pytest.mark.parametrize(
+    ("kind", "channel", "judged"),
+    [
+        ("clipped", "force", False),
+        ("outlier", "force", False),
+        ("clipped", "displacement", False),
+        ("clipped", "temperature", True),
+        ("offset", "force", True),
+    ],
+)
+def test_a_force_that_is_cut_off_or_garbled_passes_no_limit(kind: str, channel: str, judged: bool) -> None:
+    damaged = replace(beside(), findings=(Finding(kind, channel, None, "damaged"),))
+    (whole, found) = (quantities(row(r))["Fmax+"] for r in (beside(), damaged))
+    assert found.value == whole.value and whole.value is not None
+    assert (found.low is not None, found.reason) == (judged, "" if judged else "damaged")
+    limits = LimitsFile(limit=[Limit(quantity="Fmax+", least=0.0, most=2.0 * whole.value, cycle_tolerance="50 %")])
+    said = [(v.verdict, v.reason) for v in verdicts(limits, "unit", [row(damaged)], [])]
+    assert said == 2 * [("pass", "") if judged else ("cannot be judged", "damaged")]
 
 
 @pytest.mark.parametrize(("level", "told"), [(0.015, 0.0), (0.025, 0.025), (-0.015, 0.0), (1.5, 1.5)])

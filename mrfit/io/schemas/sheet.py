@@ -17,7 +17,7 @@ class QuantityRow(Entry):
     value, low, high
         With its 95 % interval; null where it is not known.
     reason
-        Why there is no value.
+        Why there is no value, or no interval of one.
     cycles
         The quantity of every cycle.
     noise
