@@ -11,7 +11,6 @@ The control is sampled: its command is held over its sample time, in which the s
 Runge-Kutta method of order 4. At every stage the damper takes a trial step from its state at the step's beginning.
 """
 
-import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -50,7 +49,7 @@ class Car:
     def __post_init__(self) -> None:
         for name in ("sprung", "unsprung", "spring", "tyre", "tyre_damping"):
             value, may_be_zero = getattr(self, name), name in ("unsprung", "tyre_damping")
-            if not (0.0 < value < math.inf or (may_be_zero and value == 0.0)):
+            if not (value > 0.0 or (may_be_zero and value == 0.0)):
                 least = "0 or more" if may_be_zero else "a number above 0"
                 raise ConfigError(f"--{name.replace('_', '-')} takes {least}, not {value:g}")
 

@@ -14,7 +14,7 @@ gives the current of a flux linkage is simulated as it is.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from mrfit.apply.history import fitted_history
 from mrfit.core import registry
 from mrfit.core.arguments import check_arguments
 from mrfit.core.protocols import ErrsInRecord
+from mrfit.core.setting import Setting
 from mrfit.core.specs import Array, Mask, ModelSpec
 from mrfit.effects import eddy_current
 from mrfit.errors import ConfigError, DataError
@@ -47,6 +48,8 @@ _REACH = 3.0
 BOUND = 1.0 - 1e-9
 # A step in s in which every lag dies out
 _SETTLED = 1e6
+
+SampleInterval = Annotated[float, Setting("Sample interval in s.", above=0.0)]
 
 
 @dataclass(frozen=True)
@@ -188,7 +191,7 @@ class FluxCurrent(FramedResult):
 def current_of_flux(
     fit: "FitResult | Coil",
     flux: Array,
-    dt: float,
+    dt: SampleInterval,
     known: Array | None = None,
     channels: Mapping[str, Array] | None = None,
 ) -> FluxCurrent:
@@ -363,7 +366,11 @@ class FluxCommand(FramedResult):
 
 @check_arguments
 def flux_command(
-    fit: "FitResult | Coil", wanted: Array, dt: float, drive: CoilDrive, plant: "FitResult | Coil | None" = None
+    fit: "FitResult | Coil",
+    wanted: Array,
+    dt: SampleInterval,
+    drive: CoilDrive,
+    plant: "FitResult | Coil | None" = None,
 ) -> FluxCommand:
     """Return the voltage for a wanted flux linkage, and the flux of the coil under it.
 

@@ -11,6 +11,7 @@ from mrfit.core import registry
 from mrfit.core.arguments import check_arguments
 from mrfit.core.channels import MOTION
 from mrfit.errors import ConfigError, DataError
+from mrfit.settings.forms import of_python
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, Order, node_of
 
@@ -111,7 +112,7 @@ def damper(
     Raises
     ------
     ConfigError
-        If a parameter is unknown or missing.
+        If a parameter is unknown, missing or not finite.
     """
     pairs = tuple((orders or {}).items())
     nodes = [node.current for node in map(node_of, parameters) if node]
@@ -128,7 +129,7 @@ def damper(
         for effect in [registry.load("effect", e).SPEC]
         for p, value in zip(effect.params, effect.neutral, strict=True)
     }
-    given = {**neutral, **parameters}
+    given = {**neutral, **{name: of_python(name, value) for name, value in parameters.items()}}
     if missing := [n for n in spec.names if n not in given]:
         raise ConfigError(f"'{model}' needs a value of {', '.join(missing)}")
     return controllable(Damper(name or model, model, tuple((n, float(given[n])) for n in spec.names), pairs, low, high))

@@ -1,11 +1,12 @@
 """Roads under a wheel: a bump, random roads of ISO 8608, a sine sweep; height and its rate at any time."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from mrfit.core.arguments import check_arguments
+from mrfit.core.setting import Setting
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 
@@ -186,7 +187,12 @@ class Sweep:
 
 
 @check_arguments
-def road(text: str, speed: float | None = None, duration: float | None = None, seed: int = 0) -> Road:
+def road(
+    text: str,
+    speed: Annotated[float | None, Setting("Speed in m/s.", above=0.0)] = None,
+    duration: Annotated[float | None, Setting("Duration in s.", above=0.0)] = None,
+    seed: int = 0,
+) -> Road:
     """Return the road of a written name: ``bump``, ``A`` to ``D``, ``sweep``.
 
     Raises

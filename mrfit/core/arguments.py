@@ -2,6 +2,7 @@
 
 import builtins
 import inspect
+import math
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -35,7 +36,9 @@ class _Names(dict[str, Any]):
 
 
 def check_arguments(called: Called) -> Called:
-    """Return a function, or a class, that refuses values of another type than its annotations name.
+    """Return a function, or a class, that refuses values of another type, or beyond the limits, of its annotations.
+
+    A number has to be finite.
 
     Raises
     ------
@@ -58,9 +61,21 @@ def check_arguments(called: Called) -> Called:
                 takes = re.sub(r"'|\w+\.", "", inspect.formatannotation(of.annotation))
                 made = "".join(text for word, text in MADE_BY.items() if word in takes)
                 raise ConfigError(f"{name} takes {takes}, not {one_line(value)}{made}")
+            if refusal := _refusal(name, value, hints().get(name, Any)):
+                raise ConfigError(refusal)
         return called(*values, **named)
 
     return checked  # type: ignore[return-value]
+
+
+def _refusal(name: str, value: Any, hint: Any) -> str:
+    """Return the refusal of a number that is not finite, or breaks a ``Setting`` of its annotation; else empty."""
+    kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    if float not in (kind, *get_args(kind)) or isinstance(value, bool) or not _is_number(value, float):
+        return ""
+    if not math.isfinite(value):
+        return f"{name} takes a finite number, not {one_line(value)}"
+    return next((text for one in said if hasattr(one, "refusal") and (text := one.refusal(name, float(value)))), "")
 
 
 def one_line(value: object) -> str:

@@ -266,7 +266,7 @@ def place_of(error: BaseException) -> str:
 
 
 def said_by_compiler(error: BaseException) -> str:
-    """Return why the functions of a plug-in cannot be compiled, and where if that is known; empty of another error."""
+    """Return the compiler's words on a function of a plug-in, behind its place if known; empty of another error."""
     if not (_store.files and type(error).__module__ == "numba.core.errors"):
         return ""
     lines = [line for line in str(error).splitlines() if not line.startswith("Failed in nopython mode")]

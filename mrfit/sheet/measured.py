@@ -372,7 +372,7 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
 
 
 def doubt_of(recording: Recording) -> str:
-    """Return what was cut off or garbled in the force or the stroke, whose intervals are then not known."""
+    """Return the finding on a force or stroke that is cut off or garbled: intervals are then not known; else empty."""
     measured = (f for f in recording.findings if f.channel in ("force", "displacement"))
     return next((f.text for f in measured if f.kind in ("clipped", "outlier")), "")
 

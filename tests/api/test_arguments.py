@@ -27,6 +27,7 @@ WHOLES: list[Any] = [
     *(np.array([1.0, 2.0]), np.array([["a"]]), np.array([], dtype=object), pd.Series([1.0]), pd.DataFrame()),
     *(range(3), [[1, 2], [3]], {1: 2}, {"force": None}, {"force": "kN"}, {"a": {"b": 1}}, np.ma.masked_all(3)),
 ]
+COIL = mrfit.apply.coil("boucwen-mmf", {"L": 0.03, "i_c": 0.1, "flux_y": 0.003, "n": 1.3, "rho": -0.3})
 Call = tuple[Callable[..., object], dict[str, Any]]
 
 
@@ -179,3 +180,21 @@ def test_a_function_of_a_room_is_none_of_its_modules() -> None:
     assert callable(mrfit.apply.invert) and callable(mrfit.apply.sine)
     importlib.import_module("mrfit.apply.damper")
     assert inspect.isfunction(mrfit.apply.damper)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: mrfit.apply.current_of_flux(COIL, WAVE, 0.0), "dt takes a number above 0, not 0"),
+        (lambda: mrfit.apply.flux_command(COIL, WAVE, -1.0, mrfit.apply.CoilDrive(2.0)), "dt takes a number above 0"),
+        (lambda: mrfit.apply.flux_command(COIL, WAVE, float("inf"), mrfit.apply.CoilDrive(2.0)), "dt takes a finite"),
+        (lambda: mrfit.apply.CoilDrive(resistance=float("nan")), "resistance takes a finite number, not nan"),
+        (lambda: mrfit.apply.CoilDrive(resistance=-1.0), "resistance takes 0 or more, not -1"),
+        (lambda: mrfit.apply.road("bump", speed=-3.0), "speed takes a number above 0, not -3"),
+        (lambda: mrfit.apply.road("C", duration=0), "duration takes a number above 0, not 0"),
+        (lambda: mrfit.apply.damper("bingham", {"fy": float("nan"), "C_inf": 9.0, "f0": 0.0}), "fy: nan is not finite"),
+    ],
+)
+def test_a_number_beyond_its_limits_is_one_line_that_names_it(call: Callable[[], object], said: str) -> None:
+    with pytest.raises(mrfit.ConfigError, match=said):
+        call()

@@ -59,10 +59,12 @@ def test_a_sine_has_no_more_samples_than_are_simulated(cycles: float, taken: boo
         sine_phase(1.0, cycles, 1e-3)
 
 
-@pytest.mark.parametrize("given", [(0.0, 0.01), (1.0, -0.01), (1.0, 0.01, 0.0), (1.0, 0.01, 1.0, np.inf)])
+@pytest.mark.parametrize("given", [(0.0, 0.01), (1.0, -0.01), (1.0, 0.01, 0.0), (1.0, 0.01, 1.0, 0.0)])
 def test_a_sine_of_nothing_is_refused(given: tuple[float, ...]) -> None:
     with pytest.raises(ConfigError, match="a sine needs a frequency, an amplitude, cycles and a sample interval above"):
         sine(*given)
+    with pytest.raises(ConfigError, match="dt takes a finite number, not inf"):
+        sine(1.0, 0.01, 1.0, np.inf)
     with pytest.raises(ConfigError, match="a sine is for a force or a torque, not for 'flux'"):
         sine(1.0, 0.01, output="flux")
 

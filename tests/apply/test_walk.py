@@ -107,7 +107,7 @@ def test_the_fastest_of_a_car_is_its_wheel_between_both_springs_or_the_body_on_a
     [
         ({"sprung": 0.0}, "--sprung takes a number above 0, not 0"),
         ({"tyre": -1.0}, "--tyre takes a number above 0, not -1"),
-        ({"spring": float("nan")}, "--spring takes a number above 0, not nan"),
+        ({"spring": float("nan")}, "spring takes a finite number, not nan"),
         ({"unsprung": -1.0}, "--unsprung takes 0 or more, not -1"),
         ({"tyre_damping": -2.0}, "--tyre-damping takes 0 or more, not -2"),
     ],
