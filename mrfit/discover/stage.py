@@ -44,7 +44,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.driven import tests_of_law
 from mrfit.fit.laws.choice import LawChoice
-from mrfit.fit.select import load_recordings
+from mrfit.fit.select import doubtful_channels, load_recordings
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key, segments_digest
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, PartialDiscovery
@@ -133,7 +133,9 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         job = _Job(workspace, settings, tests, asked, progress)
         told = _discovered(job)
         told = replace(told, found=of_driven(told.found, settings))
-        advice = (*told.found.advice, moved) if moved else told.found.advice
+        spec = assemble(settings.model).spec
+        doubts = doubtful_channels(list(logged.recordings.values()), {spec.output, *spec.inputs})
+        advice = (*told.found.advice, *([moved] if moved else []), *(d.text for d in doubts))
         told = replace(told, found=told.found.model_copy(update={"advice": advice}))
         told = _with_plain_errors(job, told, logged)
         left_out = (*told.found.left_out, *job.effort.left_out)

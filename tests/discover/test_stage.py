@@ -12,7 +12,7 @@ import pytest
 
 import mrfit.segment.stage
 from mrfit.core.progress import silent
-from mrfit.core.recording import Recording
+from mrfit.core.recording import Finding, Recording
 from mrfit.discover import base_dependence, stage
 from mrfit.discover.base_dependence import Currents
 from mrfit.discover.evidence import plain_fit
@@ -93,6 +93,18 @@ def test_plain_errors_of_a_law_that_is_stepped_are_left_out_after_much_work_and_
     told: Any = stage.DiscoveryOutput("a discovery")  # type: ignore[arg-type]
     assert stage._with_plain_errors(job, told, job.data).found == "a discovery" + " with errors" * stated
     assert job.effort.left_out == ([] if stated else ["plain errors, which `mrfit fit` states"])
+
+
+@pytest.mark.parametrize(("channel", "told"), [("displacement", True), ("temperature", False)])
+def test_what_ingest_found_wrong_of_a_channel_that_the_law_takes_is_among_the_advice(
+    channel: str, told: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = workspace(tmp_path)
+    log = made.read_recording(made.read_segments()[0].recording)
+    made.write_recording(replace(log, findings=(Finding("away-from-zero", channel, None, "it never passes zero"),)))
+    monkeypatch.setattr(stage, "_discovered", lambda job: stage.DiscoveryOutput(insufficient(job.asked, "too few")))
+    monkeypatch.setattr(stage, "_with_plain_errors", lambda job, told, logged: told)
+    assert any("it never passes zero" in text for text in run(made, Settings("tanh")).found.advice) == told
 
 
 def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:
