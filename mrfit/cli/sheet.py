@@ -1,5 +1,6 @@
 """``mrfit measure sheet``: a damper's test sheet, without a model, against limits."""
 
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,13 +54,16 @@ def sheet(
 
 def show(found: "SheetFile") -> None:
     """Print the sheet of every unit."""
-    from mrfit.sheet.tables import across_table, change_table, condition_table, main_table, summary_of
+    from mrfit.sheet.tables import across_table, change_table, condition_table, lacks_main, main_table, summary_of
     from mrfit.sheet.words import notes_of, unmatched_of
 
     several = len(found.units) > 1
     for unit in found.units if len(found.units) <= UNITS_LISTED else []:
         if several or len(unit.conditions) > CONDITIONS_IN_FULL:
-            _print(main_table(unit.conditions[:ROWS_LISTED], f"Unit {unit.unit}" if several else "Conditions"))
+            listed, caption = unit.conditions[:ROWS_LISTED], f"Unit {unit.unit}" if several else "Conditions"
+            # a record under a current that moves has quantities of its own
+            for _, rows in groupby(sorted(listed, key=lacks_main), lacks_main):
+                _print(main_table(list(rows), caption))
             if len(unit.conditions) > ROWS_LISTED:
                 console.say(f"  and {number_of('more condition', len(unit.conditions) - ROWS_LISTED)}, in the files")
         else:

@@ -16,16 +16,22 @@ CHANGES_SHOWN = 200
 
 
 def main_table(conditions: Sequence[SheetCondition], caption: str = "Main quantities, SI") -> Table:
-    """Return the main quantities, a row for each condition."""
+    """Return the main quantities, a row for each condition; all there are where no condition has a main one."""
     values = [{q.name: q.value for q in c.quantities} for c in conditions]
     units = {q.name: q.unit for c in conditions for q in c.quantities}
-    names = [n for n in MAIN_QUANTITIES if any(v.get(n) is not None for v in values)]
+    there = [n for n in units if any(v.get(n) is not None for v in values)]
+    names = [n for n in MAIN_QUANTITIES if n in there] or there
     heads = ("condition", "cycles", "v (m/s)", *(f"{n} ({unit_html(units[n])})" if units[n] else n for n in names))
     rows = [
         [c.condition, c.cycles, c.peak_velocity, *(v.get(n) for n in names)]
         for c, v in zip(conditions, values, strict=True)
     ]
     return Table(caption, heads, rows, digits=4)
+
+
+def lacks_main(condition: SheetCondition) -> bool:
+    """Return whether a condition has no main quantity."""
+    return not any(q.value is not None for q in condition.quantities if q.name in MAIN_QUANTITIES)
 
 
 def condition_table(condition: SheetCondition, unknown: bool = True) -> Table:

@@ -15,7 +15,7 @@ from mrfit.sheet.figures import LIMIT_COLOUR, colours_of, draw_distribution, dra
 from mrfit.sheet.measured import CycleCourse, MeanLoop
 from mrfit.sheet.page import UNITS_SHOWN, facts_of, render, title_of
 from mrfit.sheet.print_page import _cut
-from mrfit.sheet.tables import across_table, change_table, condition_table, main_table, verdict_table
+from mrfit.sheet.tables import across_table, change_table, condition_table, lacks_main, main_table, verdict_table
 from tests.sheet.test_compute import condition, quantity, sheet, unit
 from tests.sheet.test_words import verdict
 
@@ -128,6 +128,12 @@ def test_the_units_of_a_judged_quantity_are_drawn_in_order_with_the_limits() -> 
     # the one limit that there is
     ends = [line for line in drawn.lines if line.get_linestyle() == "--"]
     assert [set(line.get_ydata()) for line in ends] == [{90.0}]
+
+
+def test_a_condition_without_main_quantities_has_a_table_of_those_it_has() -> None:
+    step = condition("u", quantity("friction", 2.0), quantity("E", None))
+    assert lacks_main(step) and not lacks_main(condition("u", quantity("E", 5.0)))
+    assert [head.partition(" ")[0] for head in main_table([step]).heads[3:]] == ["friction"]
 
 
 def test_the_main_table_has_the_columns_of_what_some_condition_has() -> None:
