@@ -106,9 +106,9 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     DataError
         If no file could be read; the workspace is then as it was.
     """
+    plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
     if any(Path(p).is_dir() and Path(p).resolve() == workspace.root.resolve() for p in paths):
         raise ConfigError(f"--work {workspace.root} is the folder of the logs: name another, for what mrfit writes")
-    plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
     before = Manifest(workspace)
     copies, plan = part_duplicates(plan, before)
     fresh = [(item, key) for item, key in plan if not before.holds(item, key)]
