@@ -22,7 +22,7 @@ from mrfit.export.printer.c_text import constants, function_text, macros, math_f
 from mrfit.export.source import ExportSource
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
-from mrfit.export.text import c_comment, field, number
+from mrfit.export.text import LONGEST_SYMBOL, c_comment, field, identifier, number
 from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.settings.export import Settings
 
@@ -140,8 +140,9 @@ def tracker_files(source: ExportSource, plan: TrackerPlan, cost: Cost) -> dict[s
 
 
 def tracker_source(source: ExportSource) -> ExportSource:
-    """Return it with the names of a tracker."""
-    return replace(source, prefix=f"{prefix_of(source.prefix or source.name)}{TRACKER_ENDING}")
+    """Return it with the names of a tracker, whose ending a long name keeps."""
+    name = identifier(prefix_of(source.prefix or source.name), LONGEST_SYMBOL - len(TRACKER_ENDING))
+    return replace(source, prefix=f"{name}{TRACKER_ENDING}")
 
 
 def noise_told(source: ExportSource, plan: TrackerPlan) -> str:

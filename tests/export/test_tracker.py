@@ -14,10 +14,11 @@ from mrfit.core import registry
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.export import fmu, matlab
-from mrfit.export.c import built, tracker_files, user_inputs
-from mrfit.export.c_parts import parts_of
+from mrfit.export.c import built, tracker_files, tracker_source, user_inputs
+from mrfit.export.c_parts import parts_of, prefix_of
 from mrfit.export.compiler import compiler
 from mrfit.export.source import ExportSource
+from mrfit.export.text import LONGEST_SYMBOL
 from mrfit.export.tracker import plan_of
 from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
@@ -242,3 +243,13 @@ def test_cppcheck_finds_no_deviation_that_is_not_listed(
     source = replace(noisy(model, orders), prefix="own")
     files = tracker_files(source, plan_of(source, names), NO_COST)
     assert deviations_not_listed(files, "own_tracker.c", tmp_path) == []
+
+
+def test_the_files_of_a_tracker_end_alike_however_long_the_name_is() -> None:
+    source, others = rig("tanh"), set()
+    for name, files in (("tanh.auto.all", "tanh_auto_all_tracker"), ("my-slider+my-stop.auto.all", ""), ("a" * 99, "")):
+        prefix = tracker_source(replace(source, prefix=name)).prefix
+        assert prefix.endswith("_tracker") and len(prefix) <= LONGEST_SYMBOL and prefix_of(prefix) == prefix
+        assert not files or prefix == files
+        others.add(prefix)
+    assert len(others) == 3
