@@ -8,6 +8,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
+from mrfit.core.channels import POSITIONS
 from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError
 from mrfit.ingest.meaning.channel_map import FILE_NAME
@@ -225,7 +226,7 @@ def rig_of(table: object, where: str = "rig") -> Rig:
 
 def rig_lines(segments: Sequence[Segment]) -> list[str]:
     """Return a table ``[rig]`` to copy: what the tests of a workspace took, to be replaced by what the rig can do."""
-    motions = [s for s in segments if s.drive in ("displacement", "angle") and s.amplitude > 0.0]
+    motions = [s for s in segments if s.drive in POSITIONS and s.amplitude > 0.0]
     currents = [s for s in segments if s.drive == "current" and s.amplitude > 0.0]
     longest = max((s.cycles / s.frequency for s in segments if s.frequency > 0.0), default=0.0)
     lines = ["[rig]", f"seconds = {math.ceil(max(longest, LEAST_SECONDS)):d}  # the longest test"]

@@ -52,7 +52,7 @@ def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e
     """
     if output not in MOTION:
         raise ConfigError(f"a sine is for a {' or a '.join(MOTION)}, not for '{output}'")
-    if not min(frequency, amplitude, cycles, dt) > 0.0 or not np.isfinite([frequency, amplitude, cycles, dt]).all():
+    if not min(frequency, amplitude, cycles, dt) > 0.0:
         raise ConfigError("a sine needs a frequency, an amplitude, cycles and a sample interval above 0")
     phase, omega = sine_phase(frequency, cycles, dt), 2.0 * np.pi * frequency
     courses = (np.sin(phase), omega * np.cos(phase), -(omega**2) * np.sin(phase))

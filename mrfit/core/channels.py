@@ -132,6 +132,9 @@ MOTION: Mapping[str, tuple[str, str, str]] = {
 }
 """Output -> place, speed and acceleration of the motion that makes it."""
 
+POSITIONS = tuple(motion[0] for motion in MOTION.values())
+"""Where in its motion a specimen is."""
+
 CONTROL = "current"
 """The input by which a law is changed during a test."""
 

@@ -40,9 +40,6 @@ class Amplifier:
     inductance: Annotated[float, Setting("Coil inductance in H, with --voltage.", low=0.0)] = 0.0
 
     def __post_init__(self) -> None:
-        limits = [limit for limit in (self.most, self.rate, self.voltage) if limit is not None]
-        if any(limit <= 0.0 for limit in limits) or min(self.resistance, self.inductance) < 0.0:
-            raise ConfigError("an amplifier needs --most, --rate and --voltage above 0, no negative R or L")
         if self.voltage is not None and self.inductance <= 0.0:
             raise ConfigError("--voltage limits the current's rate through the coil's inductance: add --inductance")
 

@@ -255,7 +255,7 @@ def _measured(recording: Recording, segment: Segment, unit: str, settings: Setti
     found = cycle_quantities(cycles, segment.waveform == "sine", settings)
     by_name = {q.name: q.estimate for q in found if q.estimate}
     findings += _sensitive(cycles, found)
-    temperature = _temperatures(recording, cycles)
+    temperature, doubt = _temperatures(recording, cycles), doubt_of(recording)
     current = 0.0 if abs(segment.current) < LEAST_CURRENT else segment.current
     speed = cycles.peak_velocity * cycles.gain
     levels = [
@@ -276,7 +276,7 @@ def _measured(recording: Recording, segment: Segment, unit: str, settings: Setti
         cycles=cycles.count,
         samples_per_cycle=cycles.per_cycle,
         noise=cycles.noise,
-        quantities=[quantity_row(q, doubt_of(recording)) for q in found],
+        quantities=[quantity_row(q, doubt) for q in found],
         findings=[*findings, *(f.text for f in recording.findings)],
     )
     course = CycleCourse(unit, segment.condition, by_name["Fmax+"].cycles, temperature)

@@ -362,10 +362,7 @@ class _Chain:
         """Return the base's output under its scaled parameters; where these vary, of a few points at a time."""
         inputs = np.ascontiguousarray(drive[: len(self.base.spec.inputs)])
         scaling = batch.active.get("theta", [])
-        if not scaling:
-            first, places = distinct(batch.base)
-            return self.base.simulate(inputs, batch.base[first], dt)[places]
-        first, places = distinct(np.hstack([batch.base, *(own for _, own in scaling)]))
+        first, places = distinct(np.hstack([batch.base, *(own for _, own in scaling)]) if scaling else batch.base)
         factors = self._factors(channels, [(module, own[first]) for module, own in scaling], dt)
         theta = batch.base[first].copy()
         if all(factor.shape[1] == 1 for _, factor in factors):

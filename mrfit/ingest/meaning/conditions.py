@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.core.channels import CHANNELS, EXCITATIONS, unit_of
+from mrfit.core.channels import CHANNELS, EXCITATIONS, POSITIONS, unit_of
 from mrfit.core.counting import number_of
 from mrfit.core.recording import NAMING, Finding, Recording
 from mrfit.core.specs import Array
@@ -190,7 +190,7 @@ def _measured(record: Recording, condition: Mapping[str, float]) -> dict[str, fl
     if drive and record.samples >= 16 and "amplitude" in condition:
         low, high = np.percentile(record.channels[drive], [0.5, 99.5])
         measured["amplitude"] = float(high - low) / 2.0
-    if "current" in condition and drive in ("displacement", "angle") and "current" in record.channels:
+    if "current" in condition and drive in POSITIONS and "current" in record.channels:
         measured["current"] = float(np.mean(record.channels["current"]))
     return measured
 

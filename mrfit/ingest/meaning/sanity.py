@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from mrfit.core.channels import ELECTRICAL, unit_of
+from mrfit.core.channels import ELECTRICAL, POSITIONS, unit_of
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
@@ -29,7 +29,6 @@ CUT_DEPTH, CUT_TAIL = 0.2, 2.2
 OUTLIER, MECHANICAL_OUTLIER = 1000.0, 100.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
-POSITIONS = ("displacement", "angle")
 MECHANICAL = ("displacement", "velocity", "force", "angle", "torque")
 ALTERNATING = ("displacement", "velocity", "force", "current", "voltage", "flux", "angle", "torque")
 
