@@ -351,7 +351,7 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
     if not any(q.estimate for q in found):
         reason = said[0] if said else "no steady cycles: amplitude or frequency differ from cycle to cycle"
         return None if measured else f"{recording.source}: {reason}"
-    low, high = float(stroke.min()), float(stroke.max())
+    low, high, doubt = float(stroke.min()), float(stroke.max()), doubt_of(recording)
     return SheetCondition(
         unit=unit,
         condition=f"{recording.id} (whole record)",
@@ -366,7 +366,7 @@ def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequenc
         cycles=len(inner) // 2,
         samples_per_cycle=0.0,
         noise=noise_level(force),
-        quantities=[quantity_row(q) for q in found],
+        quantities=[quantity_row(q, doubt) for q in found],
         findings=list(said),
     )
 

@@ -107,6 +107,15 @@ def test_a_whole_record_of_growing_cycles_has_its_yield_and_its_own_numbers() ->
     assert quantities(one)["K_0 initial"].value == pytest.approx(1e5, rel=0.01)
 
 
+def test_what_is_cut_off_in_a_whole_record_has_no_interval_either() -> None:
+    moved, force = growing((0.01, 0.02, 0.03, 0.04))
+    log = recording("g", 0.01, displacement=moved, force=force)
+    whole, cut = (row(r) for r in (log, replace(log, findings=(Finding("clipped", "force", None, "damaged"),))))
+    assert [q.value for q in cut.quantities] == [q.value for q in whole.quantities]
+    assert all((q.low, q.high, q.reason) == (None, None, "damaged") for q in cut.quantities if q.value is not None)
+    assert any(q.low is not None for q in whole.quantities)
+
+
 def test_a_log_without_both_channels_says_what_there_is() -> None:
     moved, _ = GAS.record()
     found = of(recording("a", 0.005, displacement=moved), recording("b", 0.005, velocity=moved), of_rig(GAS, "c"))
