@@ -21,6 +21,8 @@ from mrfit.core.protocols import (
 from mrfit.core.specs import Array, ModelSpec
 
 _ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", "saturation", "coercive", ""}
+# Share of the response's range from which a step at an input's change of sign is a jump
+LEAST_JUMP = 0.01
 
 
 def drive_of(spec: ModelSpec) -> Array:
@@ -50,6 +52,7 @@ def specification_is_sound(model: Model) -> None:
     need(not unknown, f"unknown channel {', '.join(sorted(unknown))}")
     need(len(set(spec.names)) == len(spec.names), "a parameter is named twice")
     need(set(spec.linear) <= set(spec.names), "linear names what is no parameter")
+    need(set(spec.jumps) <= set(spec.inputs), "jumps names what is no input")
     roles = {p.role for p in spec.params} - _ROLES
     need(not roles, f"unknown role {', '.join(sorted(roles))}")
     # temperature and the coil's field change forces of this role, so it may name nothing else
@@ -207,6 +210,21 @@ def rate_independent_response_follows_the_path(model: Model) -> None:
     need_close(slow, model.response(drive, theta, DT), 0.0, 1e-12 * float(np.abs(slow).max()), "a slower path")
 
 
+def jumps_are_declared(model: Model) -> None:
+    """The response jumps at the change of sign of those inputs that the SPEC says, and of no other."""
+    spec, drive = model.SPEC, drive_of(model.SPEC)
+    size = float(np.ptp(model.response(drive, spec.start[None], DT)))
+    for row, name in enumerate(spec.inputs):
+        # what moves beside it is where it is when the input passes zero in a cycle: at its largest
+        held = np.repeat(np.abs(drive).max(axis=1)[:, None], CONTRACT_SAMPLES, axis=1)
+        held[row] *= 1e-9 * np.where(np.arange(CONTRACT_SAMPLES) < CONTRACT_SAMPLES // 2, -1.0, 1.0)
+        steps = np.abs(np.diff(model.response(held, spec.start[None], DT)[0]))
+        before, crossing = steps[CONTRACT_SAMPLES // 2 - 2 : CONTRACT_SAMPLES // 2]
+        jumps = crossing - 2.0 * before > LEAST_JUMP * size
+        need(not jumps or name in spec.jumps, f"it jumps where {name} changes its sign: name it in jumps")
+        need(jumps or name not in spec.jumps, f"it does not jump where {name} changes its sign, as jumps says")
+
+
 def derived_quantities_have_their_function(model: Model) -> None:
     """There is a function of derived quantities if the SPEC names some, and none otherwise."""
     need(isinstance(model, HasDerived) == bool(model.SPEC.derived), "derived(theta) and SPEC.derived belong together")
@@ -309,6 +327,7 @@ MODEL_CHECKS: tuple[Check[Model], ...] = (
     check_of(linear_parameters_are_jointly_affine, lambda m: bool(m.SPEC.linear)),
     check_of(parameters_may_vary_along_the_samples, _may_vary),
     check_of(rate_independent_response_follows_the_path, lambda m: m.SPEC.rate_independent),
+    check_of(jumps_are_declared),
     check_of(derived_quantities_have_their_function),
     check_of(derived_quantities_have_their_shape, lambda m: isinstance(m, HasDerived)),
     check_of(start_values_are_inside_the_bounds, lambda m: isinstance(m, HasStartValues | HasFarStarts)),

@@ -386,6 +386,7 @@ class About(TypedDict, total=False):
     rate_independent: bool
     derived: "tuple[DerivedQuantity, ...]"
     passive: tuple[str, float, float]
+    jumps: tuple[str, ...]
     start_values: "Callable[[Array, Array, float], dict[str, float]]"
 
 

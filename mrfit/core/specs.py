@@ -123,6 +123,8 @@ class ModelSpec:
     co_energy
         Whether output times rate of input is the co-energy, so that the loop is traversed in the opposite
         sense: flux over current.
+    jumps
+        Inputs at whose change of sign the response jumps, as Coulomb friction does at that of velocity.
     """
 
     name: str
@@ -139,6 +141,7 @@ class ModelSpec:
     caution: str = ""
     free_offset: bool = False
     co_energy: bool = False
+    jumps: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

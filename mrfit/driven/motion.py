@@ -74,6 +74,7 @@ def spec_around(law: ModelSpec, name: str) -> ModelSpec:
         linear=(),
         rate_independent=False,
         passive=None,
+        jumps=(),
     )
 
 

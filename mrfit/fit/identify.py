@@ -309,7 +309,7 @@ def linearise(group: FitGroup, assembly: Assembly, cube: Cube, point: Array, wei
     share = group.share * sum(training.segments[k].samples for k in places) / total
     jacobians, residuals, periods = [], [], []
     for place in places:
-        block, factor = training[place], factors[place]
+        block, factor = training.parts[place].compared, factors[place]
 
         def simulate(points: Array, block: SegmentBlock = block, factor: float = factor) -> Array:
             return condensed(factor * differences(block, assembly, cube.to_theta(points)), length)

@@ -28,6 +28,7 @@ SPEC = ModelSpec(
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),
     linear=("fy", "C_inf", "f0"),
+    jumps=("velocity",),
 )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, Mask
 from mrfit.io.columns import is_on_disk, laid_beside, part_of
-from mrfit.search.problem import SegmentBlock, folded_block, full_block, period_of
+from mrfit.search.problem import SegmentBlock, beside_jumps, folded_block, full_block, period_of
 from mrfit.signal.clipping import clipped
 from mrfit.signal.long_segments import pieces
 from mrfit.signal.smoothing import Drive, from_the_beginning, smooth
@@ -61,6 +61,8 @@ class SegmentPart:
         The inputs one by one, where they stay on disk and the drive is without values.
     lost
         Samples at which the output was clipped, which are not compared (N,); None for none.
+    jumps
+        Inputs at whose change of sign the model jumps, by their rows.
     """
 
     segment: Segment
@@ -70,6 +72,7 @@ class SegmentPart:
     kept: bool = True
     values: tuple[Array, ...] = ()
     lost: Mask | None = None
+    jumps: tuple[int, ...] = ()
 
     @property
     def dt(self) -> float:
@@ -91,11 +94,16 @@ class SegmentPart:
         """The full block."""
         return self._block if self.kept else self._made()
 
+    @property
+    def compared(self) -> SegmentBlock:
+        """The full block, but for samples beside jumps of the model."""
+        return beside_jumps(self.block, self.jumps)
+
     def folded(self, ahead: int) -> SegmentBlock:
         """Return the block that is searched, see ``folded_block``; the full one where samples are lost."""
         if self.lost is not None:
-            return self.block
-        return folded_block(self.segment, self._driven(), np.asarray(self.output), ahead)
+            return self.compared
+        return folded_block(self.segment, self._driven(), np.asarray(self.output), ahead, self.jumps)
 
     def inputs(self, row: int) -> Array:
         """Return one input over the part, (N,)."""
@@ -195,7 +203,14 @@ def _part(
     drive = smooth(recording, segment, names)
     if assembly.counts:
         drive = from_the_beginning(drive, recording, segment, names)
-    part = SegmentPart(segment, drive, part_of(output, segment.start, segment.stop), before, alone)
+    part = SegmentPart(
+        segment,
+        drive,
+        part_of(output, segment.start, segment.stop),
+        before,
+        alone,
+        jumps=tuple(names.index(name) for name in assembly.spec.jumps),
+    )
     if alone:
         return part
     if part.drive.fits is None:

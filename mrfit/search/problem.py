@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.recording import Segment
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array, Index, Mask
 from mrfit.kernels.folding import compare
 from mrfit.optimizers.cost.objective import Coordinates
 from mrfit.search.cube import Cube, FreeParameters
@@ -98,7 +98,7 @@ class SegmentBlock:
         """Return the means (B,) of sample values (N,) over the samples of each target."""
         if self.bins is None:
             return values
-        return np.bincount(self.bins, values) / self.counts
+        return np.bincount(self.bins, values) / np.bincount(self.bins)
 
     def inputs(self, row: int) -> Array:
         """Return one input at the targets of a full block, (N,)."""
@@ -156,51 +156,88 @@ def _series(drive: Drive, lead: int, count: int) -> Array:
     return np.stack([fit.evaluate(times) for fit in drive.fits])
 
 
-def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> SegmentBlock:
+def folded_block(
+    segment: Segment, drive: Drive, output: Array, ahead: int = 0, jumps: Sequence[int] = ()
+) -> SegmentBlock:
     """Return a block with the samples of a periodic drive folded onto one cycle; any other drive gives a full block.
 
     An excitation in its steady state is folded sample by sample.
-    ``ahead`` are the cycles that are simulated beyond the one compared.
+
+    Parameters
+    ----------
+    segment, drive, output
+        As of a full block.
+    ahead
+        Cycles that are simulated beyond the one compared.
+    jumps
+        Inputs at whose change of sign the model jumps. Targets whose grid lies on both sides are not compared: a cubic
+        overshoots there.
     """
     cycle = drive.values.shape[1] - drive.warm_up
     if drive.fits is None and cycle < len(output):
-        return _mean_cycle(full_block(segment, drive, output[:cycle]), output)
+        return beside_jumps(_mean_cycle(full_block(segment, drive, output[:cycle]), output), jumps)
     if drive.fits is None or len(output) <= PHASE_BINS:
-        return full_block(segment, drive, output)
+        return beside_jumps(full_block(segment, drive, output), jumps)
     frequency = next(fit.frequency for fit in drive.fits if fit.harmonics)
     cycles = np.arange(len(output)) * drive.dt * frequency
     phase = (cycles - np.floor(cycles)) * PHASE_BINS
     bins = np.minimum(phase.astype(np.int64), PHASE_BINS - 1)
     counts = np.bincount(bins, minlength=PHASE_BINS)
     full = counts > 0
+    places = np.cumsum(full)[bins] - 1
     weight = counts[full].astype(np.float64)
     mean_phase = np.bincount(bins, phase, PHASE_BINS)[full] / weight
     target = np.bincount(bins, output, PHASE_BINS)[full] / weight
+    lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
+    times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
+    values = np.stack([fit.evaluate(times) for fit in drive.fits])
+    nodes = lead + (np.flatnonzero(full)[:, None] + np.arange(-1, 3)) % PHASE_BINS
+    across = _changes_sign(values, nodes, jumps)
     # within a bin the output also moves along its slope, which is no scatter
     spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
     # few bins are filled where the sampling is a multiple of the frequency: a span of a whole cycle would be none
     reach = min(SLOPE_BINS, (len(target) - 1) // 2)
     run = (np.roll(mean_phase, -reach) - np.roll(mean_phase, reach)) % PHASE_BINS
     slope = (np.roll(target, -reach) - np.roll(target, reach)) / run
-    scatter = float(np.sum(output**2) - np.sum(weight * target**2) - np.sum(slope**2 * spread))
-    lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
-    times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
+    # a jump is no slope
+    slope[np.any([np.roll(across, k) for k in range(-reach, reach + 1)], axis=0)] = 0.0
+    scatter = float(
+        np.sum(output[~across[places]] ** 2)
+        - np.sum((weight * target**2)[~across])
+        - np.sum((slope**2 * spread)[~across])
+    )
     # the mean of the curve over a bin, not the curve at the mean phase, which its curvature sets apart
     within = phase - bins
     means = [np.bincount(bins, within**k, PHASE_BINS)[full] / weight for k in (1, 2, 3)]
     return SegmentBlock(
         segment=segment,
-        drive=np.stack([fit.evaluate(times) for fit in drive.fits]),
+        drive=values,
         dt=1.0 / (PHASE_BINS * frequency),
         target=target,
-        nodes=lead + (np.flatnonzero(full)[:, None] + np.arange(-1, 3)) % PHASE_BINS,
+        nodes=nodes,
         weights=cubic_weights(*means),
-        counts=weight,
+        counts=np.where(across, 0.0, weight),
         scatter=max(scatter, 0.0),
         method=drive.method,
         # one of them for every sample: small numbers
-        bins=(np.cumsum(full)[bins] - 1).astype(np.int16),
+        bins=places.astype(np.int16),
     )
+
+
+def beside_jumps(block: SegmentBlock, jumps: Sequence[int]) -> SegmentBlock:
+    """Return a full block in which no sample next to a jump is compared: which side it is on, none of them tells."""
+    if not jumps:
+        return block
+    around = block.nodes + np.array([-1, 0, 1])
+    across = _changes_sign(block.drive, np.clip(around, 0, block.drive.shape[1] - 1), jumps)
+    return replace(block, counts=np.where(across, 0.0, block.counts)) if not across.all() else block
+
+
+def _changes_sign(drive: Array, nodes: Index, rows: Sequence[int]) -> Mask:
+    """Return at which targets (B,) one of some inputs changes its sign among the nodes (B, S)."""
+    side = np.sign(drive[list(rows)])[:, nodes]
+    changes: Mask = np.any(side.min(axis=2) != side.max(axis=2), axis=0)
+    return changes
 
 
 def _mean_cycle(block: SegmentBlock, output: Array) -> SegmentBlock:

@@ -107,6 +107,7 @@ MODELS = {
         "SPEC": replace(SPEC, rate_independent=True),
         "response": lambda drive, theta, dt: line(np.gradient(drive, dt, axis=1), theta, dt),
     },
+    "jumps_are_declared": {"response": lambda drive, theta, dt: line(drive, theta, dt) + np.sign(drive[0])},
     "derived_quantities_have_their_function": {"SPEC": replace(SPEC, derived=(DerivedQuantity("d", "N"),))},
     "derived_quantities_have_their_shape": {
         "SPEC": replace(SPEC, derived=(DerivedQuantity("d", "N"),)),

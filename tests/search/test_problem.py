@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.models import boucwen_flux
+from mrfit.search.parts import SegmentPart, parts_of
 from mrfit.search.problem import AHEAD_CYCLES, differences, folded_block, full_block, residual_function
 from mrfit.signal.smoothing import smooth
 from mrfit.simulate.assembly import assemble
@@ -82,6 +83,66 @@ def test_few_phases_that_repeat_leave_a_scatter_that_is_a_number(per_cycle: int)
     block = folded_block(segment, drive, recording.channels["flux"][segment.start : segment.stop])
     assert len(block.target) == per_cycle
     assert block.scatter == pytest.approx(1e-8 * block.samples, rel=0.2)
+
+
+JUMPING = {"bingham": (900.0, 2000.0, -25.0), "herschel-bulkley": (600.0, 1500.0, 0.7, 9.0)}
+
+
+def part_of_a_jumping_law(model: str, motion: tuple[float, float], dt: float, noise: float) -> SegmentPart:
+    """12 s of a law that jumps, under a sine of (frequency, phase) or, without a frequency, a random stroke."""
+    frequency, phase = motion
+    samples, rng = int(12.0 / dt), np.random.default_rng(3)
+    time, lead = dt * np.arange(samples), 0
+    if frequency:
+        lead = int(round(1 / frequency / dt))
+        displacement = 0.01 * np.sin(2 * np.pi * frequency * time + phase)
+        velocity = 0.02 * np.pi * frequency * np.cos(2 * np.pi * frequency * time + phase)
+    else:
+        rates, phases = rng.uniform(0.5, 5.0, 30), rng.uniform(0.0, 2 * np.pi, 30)
+        turns = 2 * np.pi * rates * time[:, None] + phases
+        displacement = 0.003 * np.sum(np.sin(turns) / rates, axis=1)
+        velocity = 0.006 * np.pi * np.sum(np.cos(turns), axis=1)
+    assembly = assemble(model)
+    force = assembly.simulate(velocity[None], np.array([JUMPING[model]]), dt)[0]
+    channels = {"displacement": displacement + noise * rng.standard_normal(samples), "force": force}
+    recording = Recording("a", "a", "0", "none", dt, 0.0, channels, {})
+    cycles = int((samples - lead) * dt * frequency + 1e-9)
+    stop = lead + int(round(cycles / frequency / dt)) if frequency else samples
+    nan = float("nan")
+    wave = (
+        ("sine", "displacement", frequency, 0.01, 0.0, cycles)
+        if frequency
+        else ("random", "displacement", nan, nan, 0.0, 0)
+    )
+    segment = Segment("a#1", "a test", "a", lead, stop, lead, *wave, nan, nan, "train")
+    (part,) = parts_of(segment, recording, assembly, force)
+    return part
+
+
+@pytest.mark.parametrize("model", JUMPING)
+@pytest.mark.parametrize(
+    ("motion", "dt"), [((0.5, 0.0), 2e-3), ((1.0, 0.3), 2e-3), ((2.03, 1.0), 2e-3), ((1.0, 0.0), 12e-3)]
+)
+def test_a_force_that_jumps_is_compared_on_either_side_of_the_jump(
+    model: str, motion: tuple[float, float], dt: float
+) -> None:
+    # at 0.5 Hz, and in the short log that is not folded, samples fall on the jump itself
+    part = part_of_a_jumping_law(model, motion, dt, 0.0)
+    block, force = part.folded(0), part.output
+    assert (block.bins is not None) == (dt < 0.01)
+    assert block.scatter <= 1e-4 * np.ptp(force) ** 2
+    assert 0.93 * len(force) <= block.samples < len(force)
+    assert np.abs(differences(block, assemble(model), np.array([JUMPING[model]]))).max() <= 1e-4 * np.ptp(force)
+
+
+@pytest.mark.parametrize("model", JUMPING)
+def test_no_sample_on_the_wrong_side_of_a_jump_is_compared(model: str) -> None:
+    part, theta = part_of_a_jumping_law(model, (0.0, 0.0), 2e-3, 2e-5), np.array([JUMPING[model]])
+    # the velocity that a noisy stroke tells passes zero a sample too early or too late
+    assert np.abs(differences(part.block, assemble(model), theta)).max() > theta[0, 0]
+    assert np.abs(differences(part.compared, assemble(model), theta)).max() < 0.1 * theta[0, 0]
+    assert np.array_equal(part.folded(0).counts, part.compared.counts)
+    assert 0.9 * len(part.output) <= part.compared.samples < len(part.output)
 
 
 def test_a_flux_record_is_compared_up_to_its_unknown_constant() -> None:

@@ -74,6 +74,7 @@ class Description(_DescriptionTable):
     output: str
     linear: list[str] = []
     rate_independent: bool = False
+    jumps: list[str] = []
     parameters: dict[str, ParameterTable] = Field(min_length=1)
     c: CTable | None = None
     fmu: FmuTable | None = None
@@ -90,6 +91,7 @@ class Description(_DescriptionTable):
             params=tuple(Param(name, **dict(p)) for name, p in self.parameters.items()),
             linear=tuple(self.linear),
             rate_independent=self.rate_independent,
+            jumps=tuple(self.jumps),
         )
 
 

@@ -81,7 +81,10 @@ def diagnose(
     profiles: list[ProfiledParameter] = []
     draws: Refits | None = None
     if intervals == "bootstrap":
-        points = replicated(folded, point, uncertainty.directions[:, ~uncertainty.open], list(residuals), rng)
+        errors = [
+            np.where(judged.parts[k].compared.counts > 0.0, e, 0.0) for k, e in zip(fitted, residuals, strict=True)
+        ]
+        points = replicated(folded, point, uncertainty.directions[:, ~uncertainty.open], errors, rng)
         drawn = bootstrap_intervals(folded, points)
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
