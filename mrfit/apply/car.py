@@ -250,7 +250,8 @@ def setup_of(
         _heights(cast(Hashable, road), points, 0.5 * timing.sample / timing.steps),
         np.zeros((walk.KEPT_ROWS, points)),
     )  # fmt: skip
-    return setup, walk.begun(setup, float(damper.low))
+    limits = coil.inverse.limits
+    return setup, walk.begun(setup, float(np.clip(damper.low, limits.low, limits.high)))
 
 
 @dataclass(frozen=True)

@@ -103,6 +103,11 @@ class RandomRoad:
     def __post_init__(self) -> None:
         if self.grade not in ROUGHNESS:
             raise ConfigError(f"ISO 8608 roads here are A to D, not '{self.grade}'")
+        if not self.duration >= 2.0 * _ENTRY:
+            raise ConfigError(
+                f"a random road takes a --duration of {2.0 * _ENTRY:g} s or more, not {self.duration:g} s: "
+                f"the first {_ENTRY:g} s lead onto it and are not averaged"
+            )
 
     @property
     def name(self) -> str:
@@ -117,7 +122,7 @@ class RandomRoad:
     @property
     def settled(self) -> float:
         """Time at which it has its full height."""
-        return min(_ENTRY, self.duration)
+        return _ENTRY
 
     @property
     def top(self) -> float:

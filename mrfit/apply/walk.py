@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.apply.solving import Inverse, command, solve
+from mrfit.apply.solving import Inverse, allowed, command, solve
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import borrowing, kernel, part
 from mrfit.simulate.chain import DamperChain, Trial, commit, inputs, step
@@ -173,11 +173,11 @@ def _chosen(setup: Setup, way: Way, road: tuple[float, float]) -> None:
     control, y, sample = setup.control, way.y, setup.control.sample
     _, vu = _wheel(setup.car, y, road)
     v, body = y[1] - vu, y[1]
-    if control.name == _ON_OFF:
-        way.now[2] = control.high if body * v >= 0.0 else control.low
-    elif control.name == _PASSIVE_HIGH:
-        way.now[2] = control.high
-    elif control.name >= _SKYHOOK:
+    if control.name < _SKYHOOK:
+        on = control.name == _PASSIVE_HIGH or (control.name == _ON_OFF and body * v >= 0.0)
+        low, high = allowed(setup.coil_inverse, way.coil.state[setup.coil.places.current], sample)
+        way.now[2] = min(max(control.high if on else control.low, low), high)
+    else:
         # as if the motion stayed for a sample: what comes is not known
         _channels(setup, way, y, road, way.rates[1] - way.rates[3])
         force = wanted(control, v, body, vu) + setup.car.rest
@@ -189,6 +189,8 @@ def _chosen(setup: Setup, way: Way, road: tuple[float, float]) -> None:
             way.coil.after[k] = way.coil.state[k]
         inputs(setup.coil, way.coil, sample)
         commit(setup.coil, way.coil, sample)
+    else:
+        way.coil.state[setup.coil.places.current] = way.now[2]
 
 
 @borrowing

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mrfit.apply.car import Car, Control, Ride, Timing, adaptive, desired, drive, rms
+from mrfit.apply.car import (
+    CONTROLS,
+    WITH_DESIRED_DAMPING,
+    Car,
+    Control,
+    Ride,
+    Timing,
+    adaptive,
+    desired,
+    drive,
+    rms,
+)
 from mrfit.apply.chatter import cause_of, limit_cycle, look, told_apart, turning_points
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.ride import quarter_car
@@ -16,6 +27,7 @@ from mrfit.apply.tested import NamedMotion, beyond_tests
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.apply import Chatter
+from mrfit.settings.apply import Amplifier
 from tests.apply.dampers import monotone
 
 SKYHOOK = Control("skyhook-on-off")
@@ -38,6 +50,39 @@ def bingham() -> Damper:
 
 def biviscous() -> Damper:
     return preyield("biviscous", fy=(75.8, 823.5), C_inf=(961.25, 4503.7), vy=(0.0047, 0.0058))
+
+
+@pytest.mark.parametrize(
+    ("effect", "lag"), [("", {}), ("+current-lag", {"current-lag.tau": 0.01})], ids=["prompt", "lagging"]
+)
+@pytest.mark.parametrize(
+    "amplifier",
+    [
+        Amplifier(most=0.5),
+        Amplifier(least=0.3),
+        Amplifier(rate=4.0),
+        Amplifier(voltage=1.0, resistance=2.0, inductance=0.1),
+    ],
+    ids=["most", "least", "rate", "voltage"],
+)
+def test_an_amplifiers_limits_hold_under_every_control(
+    effect: str, lag: dict[str, float], amplifier: Amplifier
+) -> None:
+    timing, own = Timing(2e-3, 2), Stepper(monotone(f"tanh{effect}", **lag))
+    pairs = [(Control(name), Bump(rise=0.04, duration=1.2)) for name in CONTROLS]
+    for ride in drive(own, Car(), pairs, timing, amplifier):
+        current = ride.current[:: 2 * timing.steps]
+        changes = np.diff(current) / timing.sample
+        assert np.all(current >= (amplifier.least or 0.0)) and np.all(current <= amplifier.most)
+        assert np.all(np.abs(changes) <= (amplifier.rate or np.inf) * (1.0 + 1e-9)), ride.control
+        volts = amplifier.inductance * changes + amplifier.resistance * current[:-1]
+        assert np.all(np.abs(volts) <= (amplifier.voltage or np.inf) * (1.0 + 1e-9)), ride.control
+        # what the limits let through is used
+        greatest = 0.5 if amplifier.voltage or amplifier.most < 1.0 else 1.0
+        if ride.control.name in ("passive-high", "skyhook-on-off"):
+            assert current.max() == pytest.approx(greatest, rel=0.01)
+        if ride.control.name in WITH_DESIRED_DAMPING:
+            assert current.max() > 0.1
 
 
 @pytest.mark.parametrize("car", [Car(tyre_damping=100.0), Car(500.0, 0.0, 78e3)])
@@ -228,7 +273,7 @@ def test_bad_cars_and_too_long_steps_are_refused() -> None:
 
 def test_a_random_ride_is_averaged_from_where_its_road_has_its_height() -> None:
     """By hand: the same ride, its first second cut off."""
-    one, long = RandomRoad("B", duration=1.5, seed=2), Timing(2e-3, 1)
+    one, long = RandomRoad("B", duration=2.0, seed=2), Timing(2e-3, 1)
     study = quarter_car(linear(), Car(), [Control("passive-low")], [one], long, check=False)
     ride = drive(Stepper(linear()), Car(), [(Control("passive-low"), one)], long)[0]
     late = ride.time >= 1.0
@@ -266,7 +311,7 @@ def test_chatter_of_one_cause_is_one_sentence_and_motions_beyond_the_tests_are_t
 
 
 def test_a_wheel_that_would_leave_the_road_is_told() -> None:
-    rough = RandomRoad("D", duration=1.6)
+    rough = RandomRoad("D", duration=2.0)
     study = quarter_car(linear(), Car(), [Control("passive-low")], [rough], Timing(2e-3, 1), check=False)
     lifted = any("load falls below 0 in 1 of 1 rides (ISO 8608 D)" in f for f in study.findings)
     assert lifted == (study.rows[0].least_load < 0.0)

@@ -174,7 +174,7 @@ def test_numbers_that_there_are_none_of_are_null(command: Command, work: Path) -
 
 @pytest.mark.slow
 def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path) -> None:
-    arguments = ("quarter-car", "--fit", "lagging", "--road", "C", "--duration", "1", "--seed", "7", "--no-check")
+    arguments = ("quarter-car", "--fit", "lagging", "--road", "C", "--duration", "2", "--seed", "7", "--no-check")
     timing = ("--sample", "0.005", "--steps", "6", "--control", "passive-low,hybrid")
     code, said = command(*arguments, *timing)
     assert code == 0 and "passive-low" in said

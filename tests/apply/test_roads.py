@@ -56,9 +56,10 @@ def test_a_random_road_is_one_of_distance_and_a_class_is_twice_as_high_as_the_on
 def test_a_random_road_is_never_level_and_settles_after_a_second() -> None:
     one = RandomRoad("C", duration=8.0)
     assert (one.name, one.ends, one.settled, one.top) == ("ISO 8608 C", 8.0, 1.0, 0.0)
-    assert RandomRoad("C", duration=0.6).settled == 0.6
     with pytest.raises(ConfigError, match="roads here are A to D, not 'E'"):
         RandomRoad("E")
+    with pytest.raises(ConfigError, match="duration of 2 s or more, not 1.5 s: the first 1 s lead onto it"):
+        RandomRoad("C", duration=1.5)
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_the_tyre_carries_both_masses() -> None:
 def test_a_ride_ends_where_it_is_told_to_or_with_its_road() -> None:
     assert Timing(1e-3).samples(ROAD) == 801 and Timing(1e-3, until=0.25).samples(ROAD) == 251
     assert Timing(1e-3, until=9.0).samples(ROAD) == 801
-    assert Timing(3e-3).samples(RandomRoad("A", duration=1.0)) == 334
+    assert Timing(3e-3).samples(RandomRoad("A", duration=2.0)) == 668
     short = ridden("passive-low", timing=Timing(5e-3, 2, until=0.1))
     assert len(short.time) == 2 * 2 * 20 + 1 and short.time[-1] == pytest.approx(0.1)
 
