@@ -16,6 +16,7 @@ from mrfit.core.specs import Array
 from mrfit.driven.motion import BAND_LIMIT, STEP_TOLERANCE, response_around, split
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.fit import Caution
 from mrfit.search import run as search
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.descent import Descent, without_forgotten
@@ -40,6 +41,8 @@ SOLVER_SHARE, TOLERANCES = 0.005, tuple(STEP_TOLERANCE * 8.0**k for k in (3, 2, 
 # Share of the largest residual by which leaving out what comes long before the first sample may change any, near the
 # optimum and far from it
 FORGOTTEN, FORGOTTEN_ROUGHLY = 1e-3, 0.05
+# Speed as a record begins, as a share of its scatter, from which the mass did not stand still
+LEAST_START_SPEED = 0.1
 INERTIA = "inertia.m"
 INERTIA_EFFECT = INERTIA.partition(".")[0]
 # Place of the one motion that is beside that of the base
@@ -256,6 +259,28 @@ def _by_polynomials(segment: Segment, log: Recording, order: int) -> list[Array]
     return list(smooth(replace(log, channels=made), plain, MOTION_OF_MASS[:3]).values)
 
 
+def moving_starts(parts: Sequence[SegmentPart], recordings: Mapping[str, Recording]) -> list[Caution]:
+    """Return a warning of masses that move as their record begins; without cycles they are simulated from rest."""
+    found = []
+    for part in parts:
+        segment, log = part.segment, recordings[part.segment.recording]
+        output = next((k for k, n in enumerate(MOTION_OF_MASS[:2]) if n in log.channels), None)
+        if segment.drive not in EXCITATIONS.values() or segment.cycles or part.before or output is None:
+            continue
+        speed = _by_polynomials(_whole(segment, log), log, output)[1]
+        if abs(speed[0]) > LEAST_START_SPEED * float(np.std(speed)):
+            found.append(f"{log.id} ({speed[0]:.3g} m/s)")
+    told = (
+        f"the mass moves as the record begins in {', '.join(found)}, and is simulated from rest: log from rest, or "
+        "state the frequency at which whole cycles repeat ([condition] of the channel map)"
+    )
+    return [Caution(kind="moving-start", text=told)] if found else []
+
+
+def _whole(segment: Segment, log: Recording) -> Segment:
+    return replace(segment, start=0, stop=log.samples, warm_up=0)
+
+
 def tests_of_law(dataset: Dataset, driven_by: str, mass: str) -> Dataset:
     """Return logs of driven masses as tests of the law: the motion in, and out u - m*x'', the force on what moves.
 
@@ -292,7 +317,8 @@ def tests_of_law(dataset: Dataset, driven_by: str, mass: str) -> Dataset:
         recordings[log.id] = replace(log, channels=channels, units={n: unit_of(n) for n in channels})
         # the first cycle leads the law in
         lead, cycles = (segment.samples // segment.cycles, segment.cycles - 1) if segment.cycles > 1 else (0, 0)
-        moved = replace(segment, drive=MOTION_OF_MASS[0], start=segment.start + lead, warm_up=lead, cycles=cycles)
+        warm_up = lead if segment.cycles else segment.warm_up
+        moved = replace(segment, drive=MOTION_OF_MASS[0], start=segment.start + lead, warm_up=warm_up, cycles=cycles)
         segments.append(replace(moved, amplitude=float(np.ptp(motion[0])) / 2.0, offset=float(np.mean(motion[0]))))
     return Dataset(segments, recordings)
 
@@ -307,6 +333,7 @@ def _motion_and_push(segment: Segment, log: Recording, driven_by: str) -> tuple[
     if segment.cycles:
         motion = _by_series(np.asarray(log.channels[output]), excitation, order, log.dt)
     else:
-        motion = _by_polynomials(segment, log, order)
+        # of the whole log: other segments may be parts of it too
+        motion = _by_polynomials(_whole(segment, log), log, order)
     base = excitation * (driven_by == "base")
     return np.stack(motion), excitation - base, base

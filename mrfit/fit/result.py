@@ -247,13 +247,17 @@ def passivity_rows(blocks: Sequence[SegmentBlock], simulated: Sequence[Array], a
     return rows
 
 
-def _ratio(held_out: MetricRow, training: MetricRow) -> float:
-    """Return the error on held-out data over that in training, in shares of the range or of the noise: the less."""
-    over_range = _number(held_out.nrmse) / _number(training.nrmse)
+def _ratio(held_out: MetricRow, training: MetricRow, of_tests: bool) -> float:
+    """Return the error on held-out data over that in training, in shares of the range or of the noise: the less.
+
+    Of parts of the same tests (``of_tests``) the errors can be compared as they are, too.
+    """
+    plain = _number(held_out.rmse) / _number(training.rmse)
+    ratios = [_number(held_out.nrmse) / _number(training.nrmse), *([plain] if of_tests else [])]
     floors = _number(held_out.noise_floor), _number(training.noise_floor)
-    if not floors[0] * floors[1] > 0.0:
-        return over_range
-    return min(over_range, _number(held_out.rmse) / floors[0] * floors[1] / _number(training.rmse))
+    if floors[0] * floors[1] > 0.0:
+        ratios.append(plain / floors[0] * floors[1])
+    return min(ratios)
 
 
 def _number(value: float | None) -> float:
@@ -328,7 +332,8 @@ def warnings_of(result: Result, metrics: Sequence[MetricRow], passive: PassiveRa
             "the error in training is hardly less than that of a constant: check sign, unit and column of every "
             "channel (`mrfit ingest --preview`), widen --bounds, or try other models (`mrfit compare --models all`)",
         )
-    ratio = _ratio(by_role["holdout"], by_role["train"]) if "holdout" in by_role else 0.0
+    seen, held = ({m.condition for m in metrics if m.role == role} for role in ("train", "holdout"))
+    ratio = _ratio(by_role["holdout"], by_role["train"], held <= seen) if held else 0.0
     if ratio > WORSE_ON_HOLDOUT:
         warn("holdout-worse", f"the error on held-out data is {ratio:.1f} times that in training")
     return found

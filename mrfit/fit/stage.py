@@ -17,7 +17,7 @@ from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.diagnose import diagnose, drift_warnings, law_warnings
 from mrfit.fit.diagnostics.remainders import borrowed
-from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, with_drive, within_noise
+from mrfit.fit.driven import OUTPUT_ERROR_DESCENT, inverse_dynamics, moving_starts, with_drive, within_noise
 from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
 from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
 from mrfit.fit.laws.choice import LawChoice, laws_of_roles
@@ -228,9 +228,8 @@ def prepare(dataset: Dataset, settings: Settings) -> FitPreparation:
     able, left_out = usable(asked, recordings, assemble(settings.model), roles)
     chosen = select(able, settings.only, recordings, roles)
     given = {base_name(name) for name, _, _ in settings.bounds}
-    wider = bounds_of_size(
-        assemble(settings.model).spec, [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
-    )
+    logs = [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
+    wider = bounds_of_size(assemble(settings.model).spec, logs)
     settings = replace(settings, bounds=(*settings.bounds, *(one for one in wider if one[0] not in given)))
     dependence, choice = dependence_of(settings, chosen, recordings)
     assembly = assemble(settings.model, dependence)
@@ -458,6 +457,7 @@ class _Runner:
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
         signs += law_warnings(group.training.parts, self.assembly, theta)
+        signs += moving_starts(group.training.parts, self.prepared.recordings)
         said = [*signs, *drift_warnings(result.drift), *staged.warnings(found.stages)]
         warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
         return GroupFit(replace(result, warnings=warnings), group, simulated, metrics, found)

@@ -129,6 +129,31 @@ def test_what_excitation_and_inertia_leave_is_the_force_of_the_law(channel: str,
     assert np.abs(test["force"] - expected).max() < 1e-4 * np.ptp(expected)
 
 
+def test_parts_of_one_record_are_tests_of_the_law_at_their_places() -> None:
+    recording, whole = log("excitation_force", 0, 0.0)
+    assert whole.cycles == 0
+    before = replace(whole, id="r#1", stop=300)
+    after = replace(whole, id="r#2", start=300, warm_up=300, role="holdout")
+    made = made_tests(Dataset([before, after], {"r": recording}), "force", "free")
+    assert [(s.start, s.stop, s.warm_up) for s in made.segments] == [(0, 300, 0), (300, whole.stop, 300)]
+    (alone,) = made_tests(Dataset([whole], {"r": recording}), "force", "free").recordings.values()
+    for name, values in alone.channels.items():
+        np.testing.assert_allclose(made.recordings["r"].channels[name], values, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("cut", "told"), [(0, False), (130, True)])
+def test_a_record_that_begins_in_motion_is_told(cut: int, told: bool) -> None:
+    recording, whole = log("excitation_force", 0, NOISE)
+    kept = {name: values[cut:] for name, values in recording.channels.items()}
+    fit = fitted(
+        replace(recording, channels=kept),
+        replace(whole, stop=whole.stop - cut),
+        Settings("linear-spring-dashpot", driven_by="force", mass="free"),
+    )
+    texts = [w.text for w in fit.results[0].warnings if w.kind == "moving-start"]
+    assert len(texts) == told and (not told or "the mass moves as the record begins in r (" in texts[0])
+
+
 def test_a_mass_on_its_base_is_needed_for_the_force_of_the_law() -> None:
     recording, segment = log("base_acceleration", 4, 0.0)
     with pytest.raises(ConfigError, match="only the force over the mass is known"):

@@ -121,6 +121,13 @@ def test_an_error_that_grows_on_held_out_data_is_a_warning() -> None:
     assert kinds({}, [*METRICS, replace(held, noise_floor=float("nan"))]) == ["holdout-worse"]
 
 
+@pytest.mark.parametrize(("condition", "expected"), [("a", []), ("b", ["holdout-worse"])])
+def test_errors_in_parts_of_one_test_are_compared_as_they_are(condition: str, expected: list[str]) -> None:
+    held = replace(TRAINING, role="holdout", nrmse=0.02, noise_floor=float("nan"))
+    rows = [replace(TRAINING, condition="a"), replace(held, condition=condition)]
+    assert kinds({}, [*METRICS, held, *rows]) == expected
+
+
 def test_an_error_no_less_than_a_constants_is_a_warning() -> None:
     assert kinds({}, [replace(TRAINING, fit_percent=4.0)]) == ["explains-nothing"]
     assert kinds({}, [replace(TRAINING, fit_percent=-20.0)]) == ["explains-nothing"]
