@@ -387,6 +387,7 @@ class About(TypedDict, total=False):
     derived: "tuple[DerivedQuantity, ...]"
     passive: tuple[str, float, float]
     jumps: tuple[str, ...]
+    rests_at: str
     start_values: "Callable[[Array, Array, float], dict[str, float]]"
 
 

@@ -125,6 +125,9 @@ class ModelSpec:
         sense: flux over current.
     jumps
         Inputs at whose change of sign the response jumps, as Coulomb friction does at that of velocity.
+    rests_at
+        Input at whose mean a memory that lasts for many cycles is as from rest, if the model has one: a simulation of a
+        periodic test begins there.
     """
 
     name: str
@@ -142,6 +145,7 @@ class ModelSpec:
     free_offset: bool = False
     co_energy: bool = False
     jumps: tuple[str, ...] = ()
+    rests_at: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -75,6 +75,7 @@ def spec_around(law: ModelSpec, name: str) -> ModelSpec:
         rate_independent=False,
         passive=None,
         jumps=(),
+        rests_at="",
     )
 
 

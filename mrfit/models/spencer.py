@@ -51,6 +51,8 @@ SPEC = ModelSpec(
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),
     linear=("K0", "f0"),
+    # the inner displacement follows its mean with (C0 + C_inf)/K_inf, seconds to a minute
+    rests_at="displacement",
     derived=(
         DerivedQuantity("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
         DerivedQuantity("turnover", "m", "z_max/A: travel over which the loop turns from one branch to the other"),

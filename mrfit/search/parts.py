@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, Mask
 from mrfit.io.columns import is_on_disk, laid_beside, part_of
-from mrfit.search.problem import SegmentBlock, beside_jumps, folded_block, full_block, period_of
+from mrfit.search.problem import SegmentBlock, beside_jumps, entering_at_mean, folded_block, full_block, period_of
 from mrfit.signal.clipping import clipped
 from mrfit.signal.long_segments import pieces
 from mrfit.signal.smoothing import Drive, from_the_beginning, smooth
@@ -203,6 +203,8 @@ def _part(
     drive = smooth(recording, segment, names)
     if assembly.counts:
         drive = from_the_beginning(drive, recording, segment, names)
+    if assembly.spec.rests_at:
+        drive = entering_at_mean(drive, names.index(assembly.spec.rests_at))
     part = SegmentPart(
         segment,
         drive,

@@ -126,7 +126,7 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> SegmentBlock:
     values, warm_up, cycle = drive.values, drive.warm_up, 0
     if drive.fits is not None:
         cycle = math.ceil(1.0 / (segment.frequency * drive.dt))
-        lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
+        lead = int(round((SETTLE_CYCLES + drive.entry) / (segment.frequency * drive.dt)))
         ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
         values, warm_up = _series(drive, lead, lead + len(output) + ahead), lead
     # of an excitation in its steady state all cycles are one
@@ -178,8 +178,8 @@ def folded_block(
         return beside_jumps(_mean_cycle(full_block(segment, drive, output[:cycle]), output), jumps)
     if drive.fits is None or len(output) <= PHASE_BINS:
         return beside_jumps(full_block(segment, drive, output), jumps)
-    frequency = next(fit.frequency for fit in drive.fits if fit.harmonics)
-    cycles = np.arange(len(output)) * drive.dt * frequency
+    frequency = frequency_of(drive)
+    cycles = np.arange(len(output)) * drive.dt * frequency + drive.entry
     phase = (cycles - np.floor(cycles)) * PHASE_BINS
     bins = np.minimum(phase.astype(np.int64), PHASE_BINS - 1)
     counts = np.bincount(bins, minlength=PHASE_BINS)
@@ -189,7 +189,7 @@ def folded_block(
     mean_phase = np.bincount(bins, phase, PHASE_BINS)[full] / weight
     target = np.bincount(bins, output, PHASE_BINS)[full] / weight
     lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
-    times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
+    times = (np.arange(-lead, last, dtype=np.float64) / PHASE_BINS - drive.entry) / frequency + drive.warm_up * drive.dt
     values = np.stack([fit.evaluate(times) for fit in drive.fits])
     nodes = lead + (np.flatnonzero(full)[:, None] + np.arange(-1, 3)) % PHASE_BINS
     across = _changes_sign(values, nodes, jumps)
@@ -222,6 +222,24 @@ def folded_block(
         # one of them for every sample: small numbers
         bins=places.astype(np.int16),
     )
+
+
+def frequency_of(drive: Drive) -> float:
+    """Return the frequency in Hz of a periodic drive."""
+    assert drive.fits is not None
+    return next(fit.frequency for fit in drive.fits if fit.harmonics)
+
+
+def entering_at_mean(drive: Drive, row: int) -> Drive:
+    """Return a periodic drive whose simulation begins where one of its inputs rises through its mean."""
+    if drive.fits is None or not drive.fits[row].harmonics:
+        return drive
+    before = np.arange(-PHASE_BINS, 1) / PHASE_BINS
+    path = drive.fits[row].evaluate(before / frequency_of(drive) + drive.warm_up * drive.dt)
+    path = path - path[1:].mean()
+    rising = np.flatnonzero((path[:-1] < 0.0) & (path[1:] >= 0.0))
+    nearest = rising[np.argmin(np.abs(path[rising]))] if len(rising) else PHASE_BINS
+    return replace(drive, entry=float(-before[nearest]))
 
 
 def beside_jumps(block: SegmentBlock, jumps: Sequence[int]) -> SegmentBlock:

@@ -72,6 +72,8 @@ class Drive:
         Channel name -> rms of what was taken away, in the channel's unit.
     fits
         One Fourier series for every channel, with t = 0 at the first column, or None unless all channels are periodic.
+    entry
+        Part of a cycle before the segment at which a simulation of the series begins, beside whole cycles.
     """
 
     values: Array
@@ -80,6 +82,7 @@ class Drive:
     method: str
     noise: dict[str, float]
     fits: tuple[HarmonicFit, ...] | None
+    entry: float = 0.0
 
     def without_values(self) -> "Drive":
         """Return the drive of a periodic segment as its series alone."""

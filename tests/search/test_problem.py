@@ -145,6 +145,29 @@ def test_no_sample_on_the_wrong_side_of_a_jump_is_compared(model: str) -> None:
     assert 0.9 * len(part.output) <= part.compared.samples < len(part.output)
 
 
+@pytest.mark.parametrize("folds", [True, False])
+def test_a_memory_of_many_cycles_is_in_its_steady_state(folds: bool) -> None:
+    # the inner displacement of a Spencer damper follows its mean within 5 s here: five cycles, of which two are led in
+    planted = {"C0": 25e3, "C_inf": 1500.0, "K0": 800.0, "K_inf": 5000.0, "alpha": 450.0, "A": 1500.0}
+    assembly = assemble("spencer")
+    theta = assembly.spec.theta({**planted, "beta": 700.0, "gamma": 800.0, "n": 2.0, "f0": 30.0})[None]
+    dt, cycles = 1 / 300.0, 12 if folds else 3
+    time = dt * np.arange(-300 * 100, 300 * (cycles + 2))
+    motion = np.stack([0.01 * np.sin(2 * np.pi * time + 1.0), 0.02 * np.pi * np.cos(2 * np.pi * time + 1.0)])
+    force = assembly.simulate(motion, theta, dt)[0, 300 * 100 :]
+    channels = {"displacement": motion[0, 300 * 100 :], "force": force}
+    recording = Recording("a", "a", "0", "none", dt, 0.0, channels, {})
+    nan = float("nan")
+    wave = ("sine", "displacement", 1.0, 0.01, 0.0, cycles, nan, nan, "train")
+    segment = Segment("a#1", "a test", "a", 600, 300 * (cycles + 2), 600, *wave)
+    (part,) = parts_of(segment, recording, assembly, force)
+    block = part.folded(0)
+    assert (block.bins is not None) == folds
+    assert abs(np.mean(differences(block, assembly, theta))) < 2e-3 * np.ptp(force)
+    late = replace(part, drive=replace(part.drive, entry=0.0)).folded(0)
+    assert abs(np.mean(differences(late, assembly, theta))) > 1e-2 * np.ptp(force)
+
+
 def test_a_flux_record_is_compared_up_to_its_unknown_constant() -> None:
     recording, segment = a_log(5.0, 1e-4, 4, 0.0)
     assembly = assemble("boucwen-flux")

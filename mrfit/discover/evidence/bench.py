@@ -12,7 +12,7 @@ from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
-from mrfit.search.problem import SegmentBlock, differences, full_block
+from mrfit.search.problem import SegmentBlock, differences, entering_at_mean, full_block
 from mrfit.signal.clipping import clipped
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import (
@@ -168,7 +168,7 @@ def build_bench(
     """
     wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *LOCATED_BY)))
     counts = base.counts or any(counts_from_the_beginning(registry.load("effect", e.name)) for e in effects)
-    found = {s.id: _channels(recordings[s.recording], s, wanted, counts) for s in segments}
+    found = {s.id: _channels(recordings[s.recording], s, wanted, counts, base.spec.rests_at) for s in segments}
     lacking = {n: reason for drives in found.values() for n, reason in drives.lacking.items()}
     for name in base.spec.inputs:
         if name in lacking:
@@ -258,13 +258,16 @@ class _ChannelDrives:
     lacking: dict[str, str]
 
 
-def _channels(recording: Recording, segment: Segment, names: Sequence[str], counts: bool) -> _ChannelDrives:
+def _channels(
+    recording: Recording, segment: Segment, names: Sequence[str], counts: bool, rests_at: str
+) -> _ChannelDrives:
     drives, lacking = {}, {}
     for name in names:
         if name == TIME_CHANNEL:
             continue
         try:
-            drives[name] = smooth(recording, segment, (name,))
+            drive = smooth(recording, segment, (name,))
+            drives[name] = entering_at_mean(drive, 0) if name == rests_at else drive
         except DataError as error:
             lacking[name] = str(error)
     recorded = {n: from_the_beginning(d, recording, segment, (n,)) for n, d in drives.items()} if counts else {}
@@ -310,6 +313,7 @@ def _block(segment: Segment, recording: Recording, drives: Sequence[Drive], meas
         drives[0],
         values=np.vstack([d.values for d in drives]),
         fits=tuple(fits) if len(fits) == len(drives) else None,
+        entry=max(d.entry for d in drives),
     )
     block = full_block(segment, joined, measured)
     first = int(block.nodes[0, 0])
