@@ -38,7 +38,7 @@ def headline(found: DiscoveryFile) -> str:
         much = "all of it" if found.suspects else "it"
         return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":
-        return f"Nothing that these data can show is missing from {base}."
+        return f"Nothing that rises above the noise of these data is missing from {base}."
     return f"These data are too few to say whether something is missing from {base}."
 
 

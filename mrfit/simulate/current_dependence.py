@@ -18,6 +18,7 @@ Table 3). Each has its nodes spread over its piece; neighbours written with ``:`
 there, those written with ``/`` may jump. The break itself belongs to the piece below it.
 """
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -122,7 +123,8 @@ class CurrentDependence:
     def labels(self, order: Order, exact: bool = False) -> list[str]:
         """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above.
 
-        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``.
+        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``. What is less
+        than the last digit of the largest is 0: the mean of a current that is off has digits of its noise alone.
         """
         below, above = set[int](), set[int]()
         for one, other in pairwise(self.pieces(order)):
@@ -133,7 +135,14 @@ class CurrentDependence:
         nodes = self.nodes(order).tolist()
         if exact:
             return [f"{i!r}A{end}" for i, end in zip(nodes, ends, strict=True)]
-        written = [[f"{i:.{digits}g}A{end}" for i, end in zip(nodes, ends, strict=True)] for digits in range(4, 18)]
+        place = math.floor(math.log10(max(map(abs, nodes)) or 1.0)) + 1
+        written = [
+            [
+                f"{i if abs(i) >= 0.5 * 10.0 ** (place - digits) else 0.0:.{digits}g}A{end}"
+                for i, end in zip(nodes, ends, strict=True)
+            ]
+            for digits in range(4, 18)
+        ]
         return next((found for found in written if len(set(found)) == len(found)), written[-1])
 
     @property

@@ -316,7 +316,11 @@ def test_residuals_share_one_scale_and_loops_show_measured_before_and_after(draw
     [
         (AMBIGUOUS, "cannot tell whether it is eddy-current or probe-skew", "swap the probes"),
         (UNEXPLAINED, "no effect of the library explains it", "62 % of the squared error"),
-        (NONE, "Nothing that these data can show is missing from boucwen-flux", "1.01 times the noise floor"),
+        (
+            NONE,
+            "Nothing that rises above the noise of these data is missing from boucwen-flux",
+            "1.01 times the noise floor",
+        ),
         (INSUFFICIENT, "These data are too few", "No held-out condition: there is 1"),
     ],
     ids=lambda v: v["verdict"] if isinstance(v, dict) else "",

@@ -80,7 +80,7 @@ def test_an_effect_is_told_by_its_title_in_small_letters_and_its_name() -> None:
             found(UNEXPLAINED, law_gap=LAW_GAP | {"share": 0.9}),
             "Something is missing from boucwen-flux, and no effect of the library explains it.",
         ),
-        (found(NONE), "Nothing that these data can show is missing from boucwen-flux."),
+        (found(NONE), "Nothing that rises above the noise of these data is missing from boucwen-flux."),
         (found(INSUFFICIENT), "These data are too few to say whether something is missing from boucwen-flux."),
     ],
 )

@@ -304,6 +304,10 @@ def test_polynomials_of_records_that_are_remembered_are_those_computed_and_canno
 def test_names_have_the_digits_that_tell_nodes_apart() -> None:
     assert CurrentDependence((("fy", 1),), 0.0, 1.00475).labels(1) == ["0A", "1.005A"]
     assert CurrentDependence((("fy", 2),), 1.00471, 1.00479).labels(2) == ["1.00471A", "1.00475A", "1.00479A"]
+    # the mean of a current that is off, and one that is small
+    assert CurrentDependence((("fy", 1),), -2.681e-05, 2.0).labels(1) == ["0A", "2A"]
+    assert CurrentDependence((("fy", 1),), 6e-4, 2.0).labels(1) == ["0.0006A", "2A"]
+    assert CurrentDependence((("fy", 1),), -1e-5, 1e-3).labels(1) == ["-1e-05A", "0.001A"]
 
 
 def test_one_order_for_all_is_refused_where_the_current_is_an_input() -> None:

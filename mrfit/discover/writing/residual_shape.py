@@ -49,7 +49,7 @@ def shape_in_words(rows: Sequence[Look], policy: Policy) -> str:
     what = f"a loop over the {over}" if loop else f"the path of the {over} since its last reversal"
     flat = f"a curve over it {curve:.0%}" if curve > policy.no_curve else "a curve over it nothing"
     share = f"{memory:.0%} of what is left on held-out conditions"
-    return f"{what} predicts {share}, {flat}: memory of the {over} is missing"
+    return f"{what} predicts {share}, {flat}: memory of the {over}, or a term of it and its rate, is missing"
 
 
 def _predicted(bench: Bench, fit: Refit, name: str, places: Callable[[Array, float], Index]) -> float:
