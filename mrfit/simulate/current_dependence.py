@@ -123,8 +123,8 @@ class CurrentDependence:
     def labels(self, order: Order, exact: bool = False) -> list[str]:
         """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above.
 
-        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``. What is less
-        than the last digit of the largest is 0: the mean of a current that is off has digits of its noise alone.
+        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``. An end of the
+        range that is less than the last digit of the other is 0: a current that is off has digits of its noise alone.
         """
         below, above = set[int](), set[int]()
         for one, other in pairwise(self.pieces(order)):
@@ -136,13 +136,12 @@ class CurrentDependence:
         if exact:
             return [f"{i!r}A{end}" for i, end in zip(nodes, ends, strict=True)]
         place = math.floor(math.log10(max(map(abs, nodes)) or 1.0)) + 1
-        written = [
-            [
-                f"{i if abs(i) >= 0.5 * 10.0 ** (place - digits) else 0.0:.{digits}g}A{end}"
-                for i, end in zip(nodes, ends, strict=True)
-            ]
-            for digits in range(4, 18)
-        ]
+        written = []
+        for digits in range(4, 18):
+            least = 0.5 * 10.0 ** (place - digits)
+            off = [i in (self.low, self.high) and abs(i) < least for i in nodes]
+            texts = [f"{0.0 if zero else i:.{digits}g}A" for i, zero in zip(nodes, off, strict=True)]
+            written.append([text + end for text, end in zip(texts, ends, strict=True)])
         return next((found for found in written if len(set(found)) == len(found)), written[-1])
 
     @property

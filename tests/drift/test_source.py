@@ -124,7 +124,7 @@ def test_the_command_writes_its_files_and_prints_what_they_say(batch: Path) -> N
     assert "Drift: 4 units, 4 tests; 0 drifts, 0 units that stand out" in shown.stdout
 
 
-def test_units_are_drawn_as_the_fits_scatter(batch: Path) -> None:
+def test_units_are_drawn_as_they_scatter(batch: Path) -> None:
     words = ("drift", "fleet", "--unit", "{unit}_2026*", "--draws", "30", "--out", "drawn")
     done = commands.text(batch, *words)
     assert done.returncode == 0, done.stderr
@@ -139,10 +139,11 @@ def test_units_are_drawn_as_the_fits_scatter(batch: Path) -> None:
         drawn.append({r.attrib["name"]: float(r[0].attrib["value"]) for r in rows})
     forces = np.log([d["fy"] for d in drawn])
     fitted = [v for v in read_values([batch / "fleet"], Settings()) if v.parameter == "fy"]
-    # four units that differ by no more than their fits leave open: draws scatter as their mean does
-    error = np.sqrt(np.mean([v.variance for v in fitted]) / len(fitted))
-    assert np.median(forces) == pytest.approx(np.mean([v.value for v in fitted]), abs=error)
-    assert 0.6 * error < np.subtract(*np.percentile(forces, [75, 25])) / 1.35 < 2.0 * error
+    # four units that differ by far more than their fits leave open
+    values = [v.value for v in fitted]
+    assert np.std(values) > 10.0 * np.sqrt(np.mean([v.variance for v in fitted]))
+    assert np.median(forces) == pytest.approx(np.mean(values), abs=np.std(values))
+    assert 0.5 * np.std(values) < np.subtract(*np.percentile(forces, [75, 25])) / 1.35 < 2.0 * np.std(values)
     refused = commands.text(batch, "drift", "fleet/batch.parquet", "--draws", "3", "--out", "none")
     assert refused.returncode == 2 and "it takes fits (no tables)" in refused.stderr
     assert not (batch / "none").exists()
