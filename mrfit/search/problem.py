@@ -30,6 +30,8 @@ SETTLE_CYCLES = 2
 AHEAD_CYCLES = 1
 # Half the span of the slope within which samples of a bin move; wide, so that noise does not pass for slope
 SLOPE_BINS = 8
+# Distance from a jump at which the rise about it is told, in those at which the jump is over
+FAR = 8
 
 
 @dataclass(frozen=True)
@@ -170,8 +172,8 @@ def folded_block(
     ahead
         Cycles that are simulated beyond the one compared.
     jumps
-        Inputs at whose change of sign the model jumps. Targets whose grid lies on both sides are not compared: a cubic
-        overshoots there.
+        Inputs at whose change of sign the model jumps. Where the grid of a target lies on both sides, a cubic
+        overshoots: a line takes its place, and where the output jumps as well the target is not compared.
     """
     cycle = drive.values.shape[1] - drive.warm_up
     if drive.fits is None and cycle < len(output):
@@ -193,6 +195,7 @@ def folded_block(
     values = np.stack([fit.evaluate(times) for fit in drive.fits])
     nodes = lead + (np.flatnonzero(full)[:, None] + np.arange(-1, 3)) % PHASE_BINS
     across = _changes_sign(values, nodes, jumps)
+    lost = _jumps(target, across, 3)
     # within a bin the output also moves along its slope, which is no scatter
     spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
     # few bins are filled where the sampling is a multiple of the frequency: a span of a whole cycle would be none
@@ -200,11 +203,9 @@ def folded_block(
     run = (np.roll(mean_phase, -reach) - np.roll(mean_phase, reach)) % PHASE_BINS
     slope = (np.roll(target, -reach) - np.roll(target, reach)) / run
     # a jump is no slope
-    slope[np.any([np.roll(across, k) for k in range(-reach, reach + 1)], axis=0)] = 0.0
+    slope[np.any([np.roll(lost, k) for k in range(-reach, reach + 1)], axis=0)] = 0.0
     scatter = float(
-        np.sum(output[~across[places]] ** 2)
-        - np.sum((weight * target**2)[~across])
-        - np.sum((slope**2 * spread)[~across])
+        np.sum(output[~lost[places]] ** 2) - np.sum((weight * target**2)[~lost]) - np.sum((slope**2 * spread)[~lost])
     )
     # the mean of the curve over a bin, not the curve at the mean phase, which its curvature sets apart
     within = phase - bins
@@ -215,8 +216,8 @@ def folded_block(
         dt=1.0 / (PHASE_BINS * frequency),
         target=target,
         nodes=nodes,
-        weights=cubic_weights(*means),
-        counts=np.where(across, 0.0, weight),
+        weights=np.where(across[:, None], line_weights(means[0]), cubic_weights(*means)),
+        counts=np.where(lost, 0.0, weight),
         scatter=max(scatter, 0.0),
         method=drive.method,
         # one of them for every sample: small numbers
@@ -243,12 +244,13 @@ def entering_at_mean(drive: Drive, row: int) -> Drive:
 
 
 def beside_jumps(block: SegmentBlock, jumps: Sequence[int]) -> SegmentBlock:
-    """Return a full block in which no sample next to a jump is compared: which side it is on, none of them tells."""
+    """Return a full block without samples next to a jump of model and output, none of which tells its side of it."""
     if not jumps:
         return block
     around = block.nodes + np.array([-1, 0, 1])
     across = _changes_sign(block.drive, np.clip(around, 0, block.drive.shape[1] - 1), jumps)
-    return replace(block, counts=np.where(across, 0.0, block.counts)) if not across.all() else block
+    lost = _jumps(block.target, across, 2)
+    return replace(block, counts=np.where(lost, 0.0, block.counts)) if not lost.all() else block
 
 
 def _changes_sign(drive: Array, nodes: Index, rows: Sequence[int]) -> Mask:
@@ -258,6 +260,15 @@ def _changes_sign(drive: Array, nodes: Index, rows: Sequence[int]) -> Mask:
     return changes
 
 
+def _jumps(output: Array, across: Mask, reach: int) -> Mask:
+    """Return at which of some targets (B,) a measured output jumps: most of its rise about them is next to them."""
+    near, far = (
+        np.abs(np.roll(output, -k) - np.roll(output, k)) for k in (reach, min(FAR * reach, (len(output) - 1) // 2))
+    )
+    jumps: Mask = across & (near > 0.5 * far)
+    return jumps
+
+
 def _mean_cycle(block: SegmentBlock, output: Array) -> SegmentBlock:
     """Return a block of one cycle that stands for all cycles of an output (N,) by their mean."""
     bins = np.arange(len(output)) % len(block.target)
@@ -265,6 +276,12 @@ def _mean_cycle(block: SegmentBlock, output: Array) -> SegmentBlock:
     target = np.bincount(bins, output) / counts
     scatter = float(np.sum((output - target[bins]) ** 2))
     return replace(block, target=target, counts=counts, scatter=scatter, bins=bins)
+
+
+def line_weights(first: Array) -> Array:
+    """Return the weights (B, 4) of the same samples for the line between those at 0 and 1."""
+    none = np.zeros_like(first)
+    return np.stack([none, 1.0 - first, first, none], axis=1)
 
 
 def cubic_weights(first: Array, second: Array, third: Array) -> Array:

@@ -145,6 +145,21 @@ def test_no_sample_on_the_wrong_side_of_a_jump_is_compared(model: str) -> None:
     assert 0.9 * len(part.output) <= part.compared.samples < len(part.output)
 
 
+@pytest.mark.parametrize("motion", [(1.0, 0.3), (0.0, 0.0)], ids=["sine", "random"])
+def test_an_output_that_turns_over_a_knee_is_compared_at_every_sample(motion: tuple[float, float]) -> None:
+    sharp = part_of_a_jumping_law("bingham", motion, 2e-3, 0.0)
+    velocity = sharp.inputs(0)
+    smooth_force = 900.0 * np.tanh(velocity / 0.03) + 2000.0 * velocity
+    soft = replace(sharp, output=smooth_force)
+    assert sharp.folded(0).samples < len(velocity) and soft.folded(0).samples == len(velocity)
+    assert soft.compared.samples == len(velocity)
+    # a straight line over the jump of the model, where a cubic overshoots
+    simulated = soft.folded(0).at_targets(
+        assemble("bingham").simulate(soft.folded(0).drive, np.array([[900.0, 1.0, 0.0]]), sharp.dt)
+    )
+    assert np.abs(simulated).max() <= 900.1
+
+
 @pytest.mark.parametrize("folds", [True, False])
 def test_a_memory_of_many_cycles_is_in_its_steady_state(folds: bool) -> None:
     # the inner displacement of a Spencer damper follows its mean within 5 s here: five cycles, of which two are led in
