@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index, Mask
@@ -30,7 +31,7 @@ SETTLE_CYCLES = 2
 AHEAD_CYCLES = 1
 # Half the span of the slope within which samples of a bin move; wide, so that noise does not pass for slope
 SLOPE_BINS = 8
-# Distance from a jump at which the rise about it is told, in those at which the jump is over
+# Distance from a jump up to which the range about it is taken, in those at which the jump is over
 FAR = 8
 
 
@@ -261,11 +262,12 @@ def _changes_sign(drive: Array, nodes: Index, rows: Sequence[int]) -> Mask:
 
 
 def _jumps(output: Array, across: Mask, reach: int) -> Mask:
-    """Return at which of some targets (B,) a measured output jumps: most of its rise about them is next to them."""
-    near, far = (
-        np.abs(np.roll(output, -k) - np.roll(output, k)) for k in (reach, min(FAR * reach, (len(output) - 1) // 2))
-    )
-    jumps: Mask = across & (near > 0.5 * far)
+    """Return at which of some targets (B,) a measured output jumps: most of its range about them is next to them."""
+    if not across.any():
+        return across
+    step = np.abs(np.roll(output, -reach) - np.roll(output, reach))
+    about = maximum_filter1d(output, size=2 * FAR * reach + 1) - minimum_filter1d(output, size=2 * FAR * reach + 1)
+    jumps: Mask = across & (step > 0.5 * about)
     return jumps
 
 
