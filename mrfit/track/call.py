@@ -19,6 +19,8 @@ from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.io.schemas.track import TrackedLog, TrackedValue, TracksFile
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import checked, write_json, write_text
+from mrfit.segment.stuck import stuck_stretches
+from mrfit.signal.clipping import clipped
 from mrfit.signal.smoothing import TIME_CHANNEL, smooth
 from mrfit.track.page import page_of
 from mrfit.track.run import BlockRefits, ParameterTrack, track_log
@@ -114,7 +116,9 @@ def tracked(source: ExportSource, recordings: Iterable[Recording], parameters: S
         channels = dict(zip(source.spec.inputs, drive, strict=True))
         found = track_log(source, plan, channels, measured, recording.dt)
         own = _refits(source, plan, drive, measured, recording.dt)
-        tracks[recording.id], blocks[recording.id] = found, own
+        # on the log's own clock, so that parts of one follow each other
+        tracks[recording.id] = replace(found, time=found.time + recording.start)
+        blocks[recording.id] = replace(own, time=own.time + recording.start)
         logs.append(_in_numbers(recording, found, own))
     content = TracksFile(
         fit=source.name,
@@ -143,6 +147,8 @@ def columns_of(track: ParameterTrack) -> dict[str, Array]:
 def _signals(source: ExportSource, recording: Recording) -> tuple[Array, Array]:
     """Return inputs (C, N) of a whole log, smoothed as before a fit, and the measured output (N,).
 
+    The output is nan where it was clipped or a channel was stuck: there the parameters are held.
+
     Raises
     ------
     DataError
@@ -156,7 +162,11 @@ def _signals(source: ExportSource, recording: Recording) -> tuple[Array, Array]:
     drive = dict(zip(names, smooth(recording, whole, names).values, strict=True))
     time = np.arange(recording.samples) * recording.dt
     rows = np.stack([np.asarray(drive.get(n, time)) for n in source.spec.inputs])
-    return rows, np.asarray(recording.channels[source.spec.output], dtype=np.float64)
+    measured = np.array(recording.channels[source.spec.output], dtype=np.float64)
+    measured[clipped(recording, whole, source.spec.output)] = np.nan
+    for fault in stuck_stretches(recording):
+        measured[fault.rows] = np.nan
+    return rows, measured
 
 
 def _refits(source: ExportSource, plan: TrackerPlan, drive: Array, measured: Array, dt: float) -> BlockRefits:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from mrfit.api.recordings import Recording
+from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.export.tracker import TrackerPlan, plan_of
 from mrfit.track.call import _in_numbers, _refits, columns_of, table_name
+from mrfit.track.call import tracked as tracked_source
 from mrfit.track.run import BlockRefits, ParameterTrack
 from tests.track.logs import DT, SHARE, VALUES, columns, fitted, force, motion
 
@@ -39,6 +41,28 @@ def test_blocks_are_refitted_each_by_itself_where_the_damper_moves() -> None:
         np.testing.assert_allclose(blocks.values[k], np.linalg.lstsq(a, b, rcond=None)[0], rtol=1e-6)
         spread = np.sqrt(variance * np.diag(np.linalg.inv(a.T @ a)))
         np.testing.assert_allclose(blocks.deviations[k], spread, rtol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["stuck", "clipped"])
+def test_parameters_are_held_where_the_force_was_not_measured(kind: str) -> None:
+    channels = motion(6.0, 5)
+    measured = force(channels, 3)
+    if kind == "stuck":
+        measured[2000:2600] = measured[2000]
+    else:
+        top = 0.8 * measured.max()
+        measured = np.minimum(measured, top)
+    finding = Finding(kind=kind, text="", channel="force", at=DT * float(np.argmax(measured == measured[2300])))
+    if kind == "clipped":
+        finding = replace(finding, at=DT * float(np.argmax(measured)))
+    log = Recording("a", "a", "0", "none", DT, 21.0, {**channels, "force": measured}, {}, findings=(finding,))
+    whole, unknown = (tracked_source(fitted(), [one], TRACKED).tracks["a"] for one in (log, replace(log, findings=())))
+    assert whole.time[[0, -1]] == pytest.approx([21.0, 27.0 - DT])
+    left = np.isnan(whole.innovations)
+    assert left.any() and np.all(left[2010:2590] if kind == "stuck" else left[measured == measured.max()])
+    for k, name in enumerate(TRACKED):
+        off, astray = (np.abs(one.values[:, k] / VALUES[name] - 1.0).max() for one in (whole, unknown))
+        assert off < 0.1 < astray
 
 
 def test_a_block_that_tells_nothing_has_no_refit() -> None:
