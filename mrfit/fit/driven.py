@@ -270,8 +270,9 @@ def moving_starts(parts: Sequence[SegmentPart], recordings: Mapping[str, Recordi
         speed = _by_polynomials(_whole(segment, log), log, output)[1]
         if abs(speed[0]) > LEAST_START_SPEED * float(np.std(speed)):
             found.append(f"{log.id} ({speed[0]:.3g} m/s)")
+    logs = ", ".join(dict.fromkeys(found))
     told = (
-        f"the mass moves as the record begins in {', '.join(found)}, and is simulated from rest: log from rest, or "
+        f"the mass moves as the record begins in {logs}, and is simulated from rest: log from rest, or "
         "state the frequency at which whole cycles repeat ([condition] of the channel map)"
     )
     return [Caution(kind="moving-start", text=told)] if found else []
@@ -319,7 +320,8 @@ def tests_of_law(dataset: Dataset, driven_by: str, mass: str) -> Dataset:
         lead, cycles = (segment.samples // segment.cycles, segment.cycles - 1) if segment.cycles > 1 else (0, 0)
         warm_up = lead if segment.cycles else segment.warm_up
         moved = replace(segment, drive=MOTION_OF_MASS[0], start=segment.start + lead, warm_up=warm_up, cycles=cycles)
-        segments.append(replace(moved, amplitude=float(np.ptp(motion[0])) / 2.0, offset=float(np.mean(motion[0]))))
+        path = motion[0, segment.start : segment.stop]
+        segments.append(replace(moved, amplitude=float(np.ptp(path)) / 2.0, offset=float(np.mean(path))))
     return Dataset(segments, recordings)
 
 

@@ -203,7 +203,7 @@ def _part(
     drive = smooth(recording, segment, names)
     if assembly.counts:
         drive = from_the_beginning(drive, recording, segment, names)
-    if assembly.spec.rests_at:
+    if assembly.spec.rests_at in names:
         drive = entering_at_mean(drive, names.index(assembly.spec.rests_at))
     part = SegmentPart(
         segment,
@@ -211,7 +211,7 @@ def _part(
         part_of(output, segment.start, segment.stop),
         before,
         alone,
-        jumps=tuple(names.index(name) for name in assembly.spec.jumps),
+        jumps=tuple(names.index(name) for name in assembly.spec.jumps if name in names),
     )
     if alone:
         return part

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,7 +196,7 @@ def folded_block(
     values = np.stack([fit.evaluate(times) for fit in drive.fits])
     nodes = lead + (np.flatnonzero(full)[:, None] + np.arange(-1, 3)) % PHASE_BINS
     across = _changes_sign(values, nodes, jumps)
-    lost = _jumps(target, across, 3)
+    lost = _jumps(target, across, 3, "wrap")
     # within a bin the output also moves along its slope, which is no scatter
     spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
     # few bins are filled where the sampling is a multiple of the frequency: a span of a whole cycle would be none
@@ -250,8 +250,8 @@ def beside_jumps(block: SegmentBlock, jumps: Sequence[int]) -> SegmentBlock:
         return block
     around = block.nodes + np.array([-1, 0, 1])
     across = _changes_sign(block.drive, np.clip(around, 0, block.drive.shape[1] - 1), jumps)
-    lost = _jumps(block.target, across, 2)
-    return replace(block, counts=np.where(lost, 0.0, block.counts)) if not lost.all() else block
+    counts = np.where(_jumps(block.target, across, 2), 0.0, block.counts)
+    return replace(block, counts=counts) if counts.any() else block
 
 
 def _changes_sign(drive: Array, nodes: Index, rows: Sequence[int]) -> Mask:
@@ -261,14 +261,20 @@ def _changes_sign(drive: Array, nodes: Index, rows: Sequence[int]) -> Mask:
     return changes
 
 
-def _jumps(output: Array, across: Mask, reach: int) -> Mask:
-    """Return at which of some targets (B,) a measured output jumps: most of its range about them is next to them."""
+def _jumps(output: Array, across: Mask, reach: int, beyond: Literal["wrap", "edge"] = "edge") -> Mask:
+    """Return at which of some targets (B,) a measured output jumps: most of its range about them is next to them.
+
+    ``beyond`` says what is beside the last one: the first, as in a cycle, or nothing.
+    """
     if not across.any():
         return across
-    step = np.abs(np.roll(output, -reach) - np.roll(output, reach))
-    about = maximum_filter1d(output, size=2 * FAR * reach + 1) - minimum_filter1d(output, size=2 * FAR * reach + 1)
+    longer = np.pad(output, reach, mode=beyond)
+    step = np.abs(longer[2 * reach :] - longer[: -2 * reach])
+    size = 2 * FAR * reach + 1
+    mode: Literal["wrap", "nearest"] = "wrap" if beyond == "wrap" else "nearest"
+    about = maximum_filter1d(output, size, mode=mode) - minimum_filter1d(output, size, mode=mode)
     jumps: Mask = across & (step > 0.5 * about)
-    return jumps
+    return jumps if not jumps.all() else np.zeros_like(jumps)
 
 
 def _mean_cycle(block: SegmentBlock, output: Array) -> SegmentBlock:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mrfit.core.recording import Recording, Segment
 from mrfit.models import boucwen_flux
 from mrfit.search.parts import SegmentPart, parts_of
-from mrfit.search.problem import AHEAD_CYCLES, differences, folded_block, full_block, residual_function
+from mrfit.search.problem import AHEAD_CYCLES, beside_jumps, differences, folded_block, full_block, residual_function
 from mrfit.signal.smoothing import smooth
 from mrfit.simulate.assembly import assemble
 
@@ -158,6 +158,16 @@ def test_an_output_that_turns_over_a_knee_is_compared_at_every_sample(motion: tu
         assemble("bingham").simulate(soft.folded(0).drive, np.array([[900.0, 1.0, 0.0]]), sharp.dt)
     )
     assert np.abs(simulated).max() <= 901.0
+
+
+def test_the_ends_of_a_record_from_rest_are_no_jump() -> None:
+    part = part_of_a_jumping_law("bingham", (0.0, 0.0), 2e-3, 0.0)
+    time = 2e-3 * np.arange(len(part.output))
+    rising = replace(part.block, drive=time[None], target=2000.0 * time, weights=part.block.weights)
+    assert beside_jumps(rising, (0,)).samples == len(time)
+    # where nothing else was measured, all is compared
+    beside = np.where(part.compared.counts > 0.0, 0.0, 1.0)
+    assert beside_jumps(replace(part.block, counts=beside), (0,)).samples == beside.sum() > 0
 
 
 @pytest.mark.parametrize("folds", [True, False])
