@@ -52,7 +52,8 @@ def specification_is_sound(model: Model) -> None:
     need(not unknown, f"unknown channel {', '.join(sorted(unknown))}")
     need(len(set(spec.names)) == len(spec.names), "a parameter is named twice")
     need(set(spec.linear) <= set(spec.names), "linear names what is no parameter")
-    need({*spec.jumps, spec.rests_at or spec.inputs[0]} <= set(spec.inputs), "jumps or rests_at names what is no input")
+    need(set(spec.jumps) <= set(spec.inputs), "jumps names what is no input")
+    need(not spec.rests_at or spec.rests_at in spec.inputs, "rests_at names what is no input")
     roles = {p.role for p in spec.params} - _ROLES
     need(not roles, f"unknown role {', '.join(sorted(roles))}")
     # temperature and the coil's field change forces of this role, so it may name nothing else

@@ -270,12 +270,14 @@ def moving_starts(parts: Sequence[SegmentPart], recordings: Mapping[str, Recordi
         speed = _by_polynomials(_whole(segment, log), log, output)[1]
         if abs(speed[0]) > LEAST_START_SPEED * float(np.std(speed)):
             found.append(f"{log.id} ({speed[0]:.3g} m/s)")
+    if not found:
+        return []
     logs = ", ".join(dict.fromkeys(found))
     told = (
         f"the mass moves as the record begins in {logs}, and is simulated from rest: log from rest, or "
         "state the frequency at which whole cycles repeat ([condition] of the channel map)"
     )
-    return [Caution(kind="moving-start", text=told)] if found else []
+    return [Caution(kind="moving-start", text=told)]
 
 
 def _whole(segment: Segment, log: Recording) -> Segment:

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index, Mask
@@ -266,14 +266,9 @@ def _jumps(output: Array, across: Mask, reach: int, beyond: Literal["wrap", "edg
 
     ``beyond`` says what is beside the last one: the first, as in a cycle, or nothing.
     """
-    if not across.any():
-        return across
-    longer = np.pad(output, reach, mode=beyond)
-    step = np.abs(longer[2 * reach :] - longer[: -2 * reach])
-    size = 2 * FAR * reach + 1
-    mode: Literal["wrap", "nearest"] = "wrap" if beyond == "wrap" else "nearest"
-    about = maximum_filter1d(output, size, mode=mode) - minimum_filter1d(output, size, mode=mode)
-    jumps: Mask = across & (step > 0.5 * about)
+    jumps, far = across.copy(), FAR * reach
+    about = sliding_window_view(np.pad(output, far, mode=beyond), 2 * far + 1)[across]
+    jumps[across] = np.abs(about[:, far + reach] - about[:, far - reach]) > 0.5 * np.ptp(about, axis=1)
     return jumps if not jumps.all() else np.zeros_like(jumps)
 
 
